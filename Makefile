@@ -1,0 +1,51 @@
+# The face of the program `meshshard`: every target sets up .venv first, and only once.
+.DEFAULT_GOAL := help
+.PHONY: help setup features train test check lint types imports clean
+
+PYTHON ?= python3
+DATASET ?= minicoseg
+RAW ?=
+JOBS ?= -1
+EPOCHS ?=
+ARGS ?=
+
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+help: ## Print this list
+	@echo "make TARGET [DATASET=$(DATASET)] [RAW=folder of raw files] [JOBS=$(JOBS)] [EPOCHS=n] [ARGS='more options']"
+	@grep -E '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  \1\t\2/' | expand -t 12
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --editable '.[dev]' --constraint constraints.txt
+	@touch $@
+
+setup: $(READY) ## Create .venv and install everything into it
+
+features: $(READY) ## Compute the features of DATASET into data/features
+	$(BIN)/meshshard features $(DATASET) $(if $(RAW),--raw $(RAW)) --jobs $(JOBS) $(ARGS)
+
+# minicoseg makes its own raw files; other data sets are prepared here when RAW says where theirs are
+train: $(READY) ## Train on DATASET and show its results
+	@$(if $(filter minicoseg,$(DATASET))$(RAW),$(BIN)/meshshard features $(DATASET) $(if $(RAW),--raw $(RAW)) --jobs $(JOBS))
+	$(BIN)/meshshard train $(DATASET) $(if $(EPOCHS),--epochs $(EPOCHS)) $(ARGS)
+
+test: $(READY) ## Run the tests
+	$(BIN)/python -m pytest $(ARGS)
+
+lint: $(READY) ## Style: ruff, which changes nothing
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(READY) ## Types: mypy, strict
+	$(BIN)/mypy
+
+imports: $(READY) ## Walls between the packages: import-linter
+	$(BIN)/lint-imports
+
+check: lint types imports test ## Everything that must pass before a commit
+
+clean: ## Remove .venv and caches, but no data and no run
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache

@@ -1,0 +1,105 @@
+"""The verbs that need nothing but the format: info, status, verify."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from meshshard.errors import UsageError
+from meshshard.index import INDEX_NAME, read_index
+
+FEATURES = Path("data/features")
+
+Data = Annotated[str, typer.Argument(help="Folder with index.json, or the name of a data set in data/features.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
+
+
+def locate(name: str) -> Path:
+    """The folder of shards that a command's argument means: itself, or data/features/NAME/paper."""
+    for folder in (Path(name), FEATURES / name, FEATURES / name / "paper"):
+        if (folder / INDEX_NAME).is_file():
+            return folder
+    raise UsageError(
+        f"no features of {name!r}: neither {name} nor {FEATURES / name / 'paper'} holds an {INDEX_NAME}; "
+        f"compute them with: meshshard features {name}"
+    )
+
+
+def status(data: Data, as_json: AsJson = False) -> None:
+    """What is stored in a folder of shards, and what was refused and why.
+
+    Example: meshshard status minicoseg --json
+    """
+    folder = locate(data)
+    index = read_index(folder)
+    table: dict[str, Any] = {
+        "folder": str(folder),
+        "dataset": index.dataset,
+        "recipe": index.recipe.name,
+        "stored": len(index.ids),
+        "refused": len(index.refused),
+        "failed": len(index.failed),
+        "shards": len(index.shards),
+        "bytes": sum(entry.bytes for entry in index.shards),
+        "rejected": [
+            {"id": entry.id, "code": entry.code, "message": entry.message}
+            for entry in (*index.refused, *index.failed)
+        ],
+    }
+    if as_json:
+        typer.echo(json.dumps(table, indent=1))
+        return
+    for name, value in table.items():
+        if name != "rejected":
+            typer.echo(f"{name:9} {value}")
+    for entry in table["rejected"]:
+        typer.echo(f"  {entry['message']}")
+
+
+def info(data: Data, as_json: AsJson = False) -> None:
+    """What a data set holds: meshes, sizes, class balance by split, diagnostics, recipe.
+
+    Example: meshshard info minicoseg
+    """
+    from meshshard.card import data_card  # opens every shard: numpy and h5py stay out of --help
+
+    card = data_card(locate(data))
+    if as_json:
+        typer.echo(json.dumps(card, indent=1))
+        return
+    console = Console()
+    console.print(f"[bold]{card['dataset']}[/]  {card['task']}, recipe {card['recipe']['name']}, {card['folder']}")
+    sizes = Table("split", "meshes", "vertices", "faces", *card["classes"], title="share of labels by class, %")
+    for split, row in card["splits"].items():
+        shares = [f"{100 * share:.1f}" for share in row["class_shares"]]
+        sizes.add_row(split or "(none)", str(row["meshes"]), str(row["vertices"]), str(row["faces"]), *shares)
+    console.print(sizes)
+    counts = {name: count for name, count in card["diagnostics"].items() if count}
+    console.print("diagnostics  " + ", ".join(f"{name} {count}" for name, count in counts.items()))
+    console.print(f"largest bound of the relative error of hks  {card['hks_error_bound']:.1e}")
+    console.print(f"splits_sha256  {card['splits_sha256']}")
+
+
+def verify(
+    data: Data,
+    full: Annotated[bool, typer.Option("--full", help="Also check every array of every sample.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Check a folder of shards against its index: exit status 0 when it is whole, 1 when it is not.
+
+    Example: meshshard verify minicoseg --full
+    """
+    from meshshard.verify import verify as find  # numpy and h5py stay out of --help
+
+    folder = locate(data)
+    findings = find(folder, full=full)
+    if as_json:
+        typer.echo(json.dumps({"folder": str(folder), "ok": not findings, "findings": findings}, indent=1))
+    else:
+        for finding in findings:
+            typer.echo(finding)
+        typer.echo(f"{folder}: {len(findings)} findings" if findings else f"{folder}: whole")
+    raise typer.Exit(1 if findings else 0)

@@ -1,0 +1,64 @@
+"""What can be wrong with a mesh, a label file, a folder or a shard, and how it is said."""
+
+REFUSALS = {
+    # reading
+    "empty-file": "The file holds no bytes, or only white space.",
+    "not-a-mesh": "The content is something else: a Git-LFS pointer, a web page, an archive, an image, a program.",
+    "unsupported-format": "A mesh format, or a variant of one, that is not read here.",
+    "bad-encoding": "The text is not UTF-8 (UTF-16, or bytes that no text has).",
+    "bad-line": "A line does not follow the format's grammar.",
+    "bad-number": "A coordinate or count is not a finite decimal number.",
+    "bad-face": "A face has fewer than three corners, or a corner that is no integer.",
+    "index-out-of-range": "A face names a vertex that the file does not have.",
+    "truncated": "The file ends before what its header or its last line promises.",
+    "extra-data": "The file goes on after everything its header promises.",
+    "unreadable": "The operating system would not let the file be read.",
+    # geometry
+    "no-vertices": "The mesh has no vertices.",
+    "no-faces": "The mesh has no faces, or none with three different corners.",
+    "not-finite": "A coordinate is NaN or infinite.",
+    "no-extent": "All vertices that faces use lie in one point, or so far apart that squares overflow.",
+    "too-large": "The mesh is larger than the chosen engine can take.",
+    "laplacian-not-finite": "The Laplacian of the recipe has NaN or infinite entries on this mesh.",
+    "bad-spectrum": "The eigenvalues contradict the mesh: negative, or zero modes that differ from its components.",
+    # labels
+    "no-labels": "The label file that the layout asks for is not there.",
+    "bad-label": "A line of the label file is not an integer, or not one of the data set's classes.",
+    "label-count": "The label file has as many lines as the mesh has neither faces, nor edges, nor vertices.",
+}
+"""Stable code of every refusal -> what it means. docs/refusals.md is checked against this table."""
+
+
+class MeshshardError(Exception):
+    """Base of every error meshshard raises on purpose. Its text is meant to be read by a person."""
+
+
+class InvalidMesh(MeshshardError):
+    """A mesh or its labels break a rule; the mesh is refused and the rest of the work goes on.
+
+    `code` is a key of REFUSALS; `rule` says what should hold, `found` the values that do not, `place` the file
+    (and line), `advice` what to do.
+    """
+
+    def __init__(self, code: str, rule: str, found: str, *, place: str = "", advice: str = "") -> None:
+        assert code in REFUSALS, code
+        self.code, self.rule, self.found, self.place, self.advice = code, rule, found, place, advice
+        where = f"{place}: " if place else ""
+        then = f". {advice}" if advice else ""
+        super().__init__(f"{where}{rule}, but {found}{then} [{code}]")
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Exceptions with keyword arguments do not pickle by themselves; workers send these home."""
+        return _rebuild, (self.code, self.rule, self.found, self.place, self.advice)
+
+
+def _rebuild(code: str, rule: str, found: str, place: str, advice: str) -> InvalidMesh:
+    return InvalidMesh(code, rule, found, place=place, advice=advice)
+
+
+class InvalidShard(MeshshardError):
+    """A shard or an index is damaged, hostile, or not of this format."""
+
+
+class UsageError(MeshshardError):
+    """What was asked for cannot be done; the text says what to type instead."""

@@ -1,0 +1,98 @@
+"""Recipes: what is computed for a mesh, as data. A recipe is stored whole in every shard and every checkpoint."""
+
+import json
+from dataclasses import asdict, dataclass, fields
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from meshshard.errors import UsageError
+
+
+def log_spaced(first: float, last: float, count: int) -> tuple[float, ...]:
+    """`count` times from `first` to `last`, equal ratios between neighbours, both ends exact."""
+    ratio = last / first
+    return tuple([first * ratio ** (i / (count - 1)) for i in range(count - 1)] + [last])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """How features are computed. Times are in squared lengths of the normalised mesh (maximum radius 1).
+
+    `laplacian`: "robust" is the intrinsic-Delaunay Laplacian of the tufted cover (Sharp and Crane 2020), "cotangent"
+    the plain one. `regularisation` times the identity is added to it. `weld` merges vertices at the same point on the
+    working copy. `hks_tolerance` is the relative error that HKS values may have against the full spectrum.
+    `official_dihedral` adds the published code's three channels as the field `dihedral_official`.
+    """
+
+    name: str
+    laplacian: str = "robust"
+    regularisation: float = 0.0
+    weld: bool = True
+    times: tuple[float, ...] = log_spaced(1e-2, 1.0, 16)
+    hks_tolerance: float = 1e-5
+    official_dihedral: bool = False
+
+    def __post_init__(self) -> None:
+        if self.laplacian not in ("robust", "cotangent"):
+            raise UsageError(f"recipe {self.name}: laplacian is 'robust' or 'cotangent', not {self.laplacian!r}")
+        if not self.times or not all(isfinite(t) and t > 0 for t in self.times):
+            raise UsageError(f"recipe {self.name}: times are finite numbers above 0, not {self.times}")
+        if not (isfinite(self.regularisation) and self.regularisation >= 0):
+            raise UsageError(f"recipe {self.name}: regularisation is 0 or more, not {self.regularisation}")
+        if not 0 < self.hks_tolerance < 1:
+            raise UsageError(f"recipe {self.name}: hks_tolerance is between 0 and 1, not {self.hks_tolerance}")
+
+    def to_json(self) -> str:
+        """One canonical line: sorted keys, no spaces, shortest floats that read back the same."""
+        return json.dumps(asdict(self), sort_keys=True, separators=(",", ":"))
+
+    @classmethod
+    def from_json(cls, text: str) -> "Recipe":
+        """The recipe that `to_json` wrote; unknown and missing keys are refused by name."""
+        return cls.from_table(json.loads(text), "recipe")
+
+    @classmethod
+    def from_table(cls, table: Any, place: str) -> "Recipe":
+        """A recipe from a JSON or TOML table; `place` names the file in errors."""
+        if not isinstance(table, dict):
+            raise UsageError(f"{place}: a recipe is a table of settings, not {type(table).__name__}")
+        known = {f.name for f in fields(cls)}
+        unknown = sorted(set(table) - known)
+        if unknown:
+            raise UsageError(f"{place}: unknown recipe settings {unknown}; known are {sorted(known)}")
+        if "name" not in table:
+            raise UsageError(f"{place}: a recipe needs a name")
+        settings: dict[str, Any] = dict(table)
+        if "times" in settings:
+            settings["times"] = tuple(float(t) for t in settings["times"])
+        for key, value in settings.items():
+            default = getattr(cls, key, "")
+            wanted: type | tuple[type, ...] = (int, float) if isinstance(default, float) else type(default)
+            if not isinstance(value, wanted) or (isinstance(value, bool) and not isinstance(default, bool)):
+                raise UsageError(f"{place}: {key} is of type {type(default).__name__}, not {value!r}")
+            if isinstance(default, float):
+                settings[key] = float(table[key])
+        return cls(**settings)
+
+
+RECIPES = {
+    recipe.name: recipe
+    for recipe in (
+        Recipe(name="paper"),
+        Recipe(name="official", laplacian="cotangent", regularisation=1e-8, weld=False, official_dihedral=True),
+    )
+}
+"""The named recipes: `paper` follows the article's text on any surface, `official` the published code's channels."""
+
+
+def find_recipe(name: str) -> Recipe:
+    """A named recipe, or one read from a JSON file (as stored in a shard's `recipe` attribute)."""
+    if name in RECIPES:
+        return RECIPES[name]
+    if name.endswith(".json"):
+        try:
+            return Recipe.from_json(Path(name).read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise UsageError(f"cannot read the recipe {name}: {error}") from error
+    raise UsageError(f"no recipe is called {name!r}; there are {', '.join(RECIPES)}, or name a .json file")

@@ -1,0 +1,108 @@
+"""One mesh with its features: what preparing makes, shards store and training reads."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float32, Float64, Int16, Int32
+
+DIAGNOSTICS = {
+    "unreferenced_vertices": "vertices that no kept face uses; their features are 0",
+    "welded_vertices": "vertices merged into another one at the same point, on the working copy",
+    "degenerate_faces": "faces with a repeated corner (after welding), left out of the working copy",
+    "zero_area_faces": "faces with three different corners and no area",
+    "boundary_edges": "edges with one face",
+    "nonmanifold_edges": "edges with three faces or more",
+    "components": "connected pieces (faces that share a vertex)",
+    "undefined_normals": "vertices whose normal is 0: unreferenced, or faces that cancel or have no area",
+    "unlabelled": "faces (or vertices, where those are labelled) with label -1 in a labelled mesh",
+}
+"""Name -> meaning of the counts that every sample carries. Nothing is repaired without one of them."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Sample:
+    """A mesh in file order with its features. V vertices, F triangles, T diffusion times.
+
+    vertices: normalised positions, (original - centre) / scale.
+    vertex_normals: unit, angle-weighted; 0 where undefined.
+    dihedral: mean turning angle over a vertex's interior edges, radians; flat 0, folded shut pi.
+    hks: heat kernel signature at `times`, unscaled; 0 at unreferenced vertices.
+    vertex_areas: barycentric lumped areas of the normalised mesh.
+    faces: triangles; face_source: the file's polygon each came from.
+    face_adjacency: neighbour across edges (0,1), (1,2), (2,0); -1 at a border or non-manifold edge.
+    face_labels, vertex_labels: index into the data set's classes, -1 unlabelled; None where there are none.
+    mesh_label: class of the whole mesh, -1 for none.
+    """
+
+    vertices: Float32[np.ndarray, "V 3"]
+    vertex_normals: Float32[np.ndarray, "V 3"]
+    dihedral: Float32[np.ndarray, " V"]
+    hks: Float32[np.ndarray, "V T"]
+    vertex_areas: Float32[np.ndarray, " V"]
+    faces: Int32[np.ndarray, "F 3"]
+    face_adjacency: Int32[np.ndarray, "F 3"]
+    face_source: Int32[np.ndarray, " F"]
+    times: Float64[np.ndarray, " T"]
+    centre: Float64[np.ndarray, " 3"]
+    scale: float
+    spectrum_size: int
+    hks_error_bound: float
+    face_labels: Int16[np.ndarray, " F"] | None = None
+    vertex_labels: Int16[np.ndarray, " V"] | None = None
+    dihedral_official: Float32[np.ndarray, "V 3"] | None = None
+    mesh_label: int = -1
+    diagnostics: Mapping[str, int] = field(default_factory=lambda: dict.fromkeys(DIAGNOSTICS, 0))
+    id: str = ""
+    source: str = ""
+    source_sha256: str = ""
+    key: str = ""
+    split: str = ""
+    group: str = ""
+    label_domain: str = ""
+
+    @property
+    def face_areas(self) -> Float32[np.ndarray, " F"]:
+        """Areas of the triangles of the normalised mesh."""
+        a, b, c = (self.vertices[self.faces[:, corner]] for corner in range(3))
+        return np.linalg.norm(np.cross(b - a, c - a), axis=1) / np.float32(2)
+
+    @property
+    def original_vertices(self) -> Float64[np.ndarray, "V 3"]:
+        """Positions in the unit and place of the mesh file, to float32's rounding of the normalised ones."""
+        return self.vertices * self.scale + self.centre
+
+    @property
+    def digest(self) -> str:
+        """sha256 over the arrays and numbers, not over names: two samples with one digest hold the same data."""
+        state = hashlib.sha256()
+        for name in DIGESTED:
+            value = getattr(self, name)
+            if value is not None:
+                array = np.ascontiguousarray(value)
+                state.update(f"{name} {array.dtype.str} {array.shape};".encode())
+                state.update(array.tobytes())
+        state.update(repr(sorted(self.diagnostics.items())).encode())
+        return state.hexdigest()
+
+
+DIGESTED = (
+    "vertices",
+    "vertex_normals",
+    "dihedral",
+    "hks",
+    "vertex_areas",
+    "faces",
+    "face_adjacency",
+    "face_source",
+    "times",
+    "centre",
+    "scale",
+    "spectrum_size",
+    "hks_error_bound",
+    "face_labels",
+    "vertex_labels",
+    "dihedral_official",
+    "mesh_label",
+)

@@ -1,0 +1,27 @@
+"""Where the research data is, and what is skipped without it."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+DATA = Path(os.environ.get("MESHSHARD_DATA", Path(__file__).parents[1] / ".." / "shared" / "data"))
+
+
+@pytest.fixture(scope="session")
+def data_root() -> Path:
+    """The folder of the research data; only tests marked `data` may ask for it."""
+    return DATA
+
+
+def pytest_collection_modifyitems(items):
+    if not DATA.is_dir():
+        for item in items:
+            if "data" in item.keywords:
+                item.add_marker(pytest.mark.skip(reason="no research data; set MESHSHARD_DATA to its folder"))
+
+
+def pytest_terminal_summary(terminalreporter):
+    if not DATA.is_dir():
+        count = sum("data" in report.keywords for report in terminalreporter.stats.get("skipped", []))
+        terminalreporter.write_line(f"{count} tests need the research data and were skipped: set MESHSHARD_DATA")

@@ -1,0 +1,48 @@
+"""Data sets by name, by TOML file, by folder or by mesh file. One adapter is one small file."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from meshshard.errors import UsageError
+from meshshard_prep.datasets import coseg, human_seg, minicoseg, shrec_16
+from meshshard_prep.datasets.folder import read_folder
+from meshshard_prep.datasets.layout import Adapter, Entry, RawDataset
+from meshshard_prep.datasets.toml_file import read_toml
+
+__all__ = ["ADAPTERS", "Adapter", "Entry", "RawDataset", "read_dataset"]
+
+ADAPTERS = {
+    adapter.name: adapter for adapter in (minicoseg.ADAPTER, human_seg.ADAPTER, shrec_16.ADAPTER, *coseg.ADAPTERS)
+}
+"""Every data set known by name."""
+
+
+def read_dataset(name: str, raw: Path | None = None, tell: Callable[[str], None] | None = None) -> RawDataset:
+    """What `meshshard features NAME --raw DIR` means: a known name, a .toml file, a folder, or one mesh file.
+
+    A known data set is looked for in `raw`, by default data/raw/NAME, and made there if it can be generated;
+    `tell` is told so. UsageError says where the files come from and what to type.
+    """
+    if name in ADAPTERS:
+        adapter, root = ADAPTERS[name], raw or Path("data/raw") / name
+        if adapter.generate and not adapter.is_complete(root):
+            if tell:
+                tell(f"making the raw files of {name} in {root}")
+            adapter.generate(root)
+        if not adapter.is_complete(root):
+            raise UsageError(
+                f"the raw files of {name} are not in {root}. They come from {adapter.origin} ({adapter.licence}). "
+                f"Unpack them there, or say where they are: make features DATASET={name} RAW=<folder>"
+            )
+        return adapter.read(root)
+    path = Path(name)
+    if path.suffix == ".toml" and path.is_file():
+        return read_toml(path, raw)
+    if raw is not None:
+        raise UsageError(f"--raw goes with a data set's name or a .toml file; {name!r} is neither")
+    if path.exists():
+        return read_folder(path)
+    raise UsageError(
+        f"{name!r} is no known data set, and no folder, mesh or .toml file of that name is here; "
+        f"known are {', '.join(ADAPTERS)}"
+    )

@@ -1,0 +1,60 @@
+"""COSEG in the archive the paper used (PD-MeshNet's): MeshCNN's folders, but one 0-based label for each face."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from meshshard.errors import UsageError
+from meshshard_prep.datasets.layout import Adapter, Entry, RawDataset
+from meshshard_prep.datasets.meshcnn import read_segmentation
+
+PARTS = {"aliens": 4, "chairs": 3, "vases": 4}
+"""Set -> how many parts its shapes have. The archive does not name them."""
+
+
+def read_set(root: Path, shape: str) -> RawDataset:
+    """One set: `root` is its folder, or the folder that holds coseg_<shape>."""
+    inside = root / f"coseg_{shape}"
+    folder = inside if inside.is_dir() else root
+    parts = tuple(f"{shape} part {number}" for number in range(PARTS[shape]))
+    # MeshCNN's own archive labels edges and counts from 1; the one the paper used labels faces and counts from 0
+    values = read_segmentation(folder).entries[0].label_classes
+    first = 1 if max(values, default=0) == PARTS[shape] else 0
+    return read_segmentation(folder, name=f"coseg_{shape}", classes=parts, first_value=first)
+
+
+def read_all(root: Path) -> RawDataset:
+    """The three sets as one data set: eleven classes, ids that begin with the set's name."""
+    missing = [f"coseg_{shape}" for shape in PARTS if not (root / f"coseg_{shape}").is_dir()]
+    if missing:
+        raise UsageError(f"{root} lacks {', '.join(missing)}; add what is missing, or name one set, as coseg_chairs")
+    classes: list[str] = []
+    entries: list[Entry] = []
+    for shape in PARTS:
+        part = read_set(root, shape)
+        for entry in part.entries:
+            table = {value: len(classes) + number for value, number in entry.label_classes.items()}
+            entries.append(
+                replace(entry, id=f"{shape}/{entry.id}", source=f"coseg_{shape}/{entry.source}", label_classes=table)
+            )
+        classes += part.classes
+    return RawDataset(name="coseg", task="segmentation", classes=tuple(classes), entries=tuple(entries))
+
+
+def _adapter(name: str, summary: str, read: Callable[[Path], RawDataset]) -> Adapter:
+    return Adapter(
+        name=name,
+        summary=summary,
+        licence="research only; no licence stated",
+        citation="Wang et al. 2012, Active Co-Analysis of a Set of Shapes; archive: Milano et al. 2020 (PD-MeshNet)",
+        origin="PD-MeshNet's COSEG archive: the folders coseg_aliens, coseg_chairs and coseg_vases",
+        read=read,
+    )
+
+
+ADAPTERS = (
+    _adapter("coseg", "COSEG aliens, chairs and vases as one data set, 11 parts", read_all),
+    _adapter("coseg_aliens", "COSEG aliens, 4 parts", lambda root: read_set(root, "aliens")),
+    _adapter("coseg_chairs", "COSEG chairs, 3 parts", lambda root: read_set(root, "chairs")),
+    _adapter("coseg_vases", "COSEG vases, 4 parts", lambda root: read_set(root, "vases")),
+)

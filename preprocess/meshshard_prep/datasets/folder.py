@@ -1,0 +1,57 @@
+"""Any folder of meshes. A label file may lie beside each mesh; train/, val/ and test/ on top are splits."""
+
+from pathlib import Path
+
+from meshshard.errors import UsageError
+from meshshard_prep.datasets.layout import SPLITS, Entry, RawDataset
+from meshshard_prep.formats import MESH_SUFFIXES
+from meshshard_prep.labels import class_table
+
+LABEL_SUFFIXES = (".seg", ".eseg", ".labels", ".txt")
+DOMAINS = ("face", "edge", "vertex")
+
+
+def read_folder(
+    root: Path, *, name: str = "", classes: tuple[str, ...] = (), domains: tuple[str, ...] = DOMAINS
+) -> RawDataset:
+    """Every mesh file below `root`. As soon as one mesh has a label file of its name beside it, all need one.
+
+    Classes are the distinct integers of the label files, rising; `classes` names them. A single mesh file instead
+    of a folder is a data set of one.
+    """
+    single = root.is_file()
+    paths = [root] if single else sorted(p for p in root.rglob("*") if p.suffix.lower() in MESH_SUFFIXES)
+    base = root.parent if single else root
+    if not paths:
+        raise UsageError(f"{root} holds no mesh: no file ends in {', '.join(MESH_SUFFIXES)}")
+    beside = {} if single else {path: found for path in paths if (found := _labels_beside(path))}
+    names, table = class_table(list(beside.values()), classes, root)
+    stems = [path.relative_to(base).with_suffix("").as_posix() for path in paths]
+    entries = []
+    for path, stem in zip(paths, stems, strict=True):
+        source = path.relative_to(base).as_posix()
+        top = source.split("/")[0]
+        entries.append(
+            Entry(
+                id=stem if stems.count(stem) == 1 else source,
+                path=path,
+                source=source,
+                split=top if top in SPLITS and top != source else "",
+                labels=beside.get(path, path.with_suffix(LABEL_SUFFIXES[0])) if beside else None,
+                label_classes=table,
+                label_domains=domains,
+            )
+        )
+    return RawDataset(
+        name=name or root.resolve().stem,
+        task="segmentation" if beside else "unlabelled",
+        classes=names,
+        entries=tuple(entries),
+    )
+
+
+def _labels_beside(path: Path) -> Path | None:
+    found = [path.with_suffix(suffix) for suffix in LABEL_SUFFIXES if path.with_suffix(suffix).is_file()]
+    if len(found) > 1:
+        raise UsageError(f"{path} has two label files: {found[0].name} and {found[1].name}; keep one")
+    return found[0] if found else None

@@ -1,0 +1,133 @@
+"""The way of one mesh: arrays, or a file and its labels, to a Sample. Pure: nothing is written or remembered."""
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float, Integer
+from scipy.sparse.csgraph import connected_components
+from threadpoolctl import threadpool_limits
+
+from meshshard.errors import InvalidMesh
+from meshshard.recipe import Recipe, find_recipe
+from meshshard.sample import Sample
+from meshshard_prep.clean import Mesh, clean
+from meshshard_prep.datasets.layout import Entry
+from meshshard_prep.features.adjacency import face_adjacency
+from meshshard_prep.features.areas import face_areas, vertex_areas
+from meshshard_prep.features.dihedral import mean_dihedral, official_dihedral
+from meshshard_prep.features.edges import Edges, edges_of
+from meshshard_prep.features.hks import heat_kernel_signature
+from meshshard_prep.features.laplacian import laplacian
+from meshshard_prep.features.normals import vertex_normals
+from meshshard_prep.formats import parse_mesh
+from meshshard_prep.labels import Labels, labels_of, parse_labels
+from meshshard_prep.mesh import RawMesh
+
+ALGORITHM_VERSION = 1
+"""Raised whenever the same mesh and recipe give other numbers; stored samples of an older one are stale."""
+
+
+def compute_features(
+    vertices: Float[np.ndarray, "V 3"], faces: Integer[np.ndarray, "F 3"], recipe: str | Recipe = "paper"
+) -> Sample:
+    """All features of a triangle mesh given as arrays. V vertices, F triangles (0-based indices).
+
+    `recipe` is "paper", "official" or a Recipe. The sample's `hks` is (V, T), unscaled: scaling belongs to training.
+    Any triangle mesh is welcome: open, non-manifold, in pieces. InvalidMesh (with a `code`) for what has no
+    features: no faces, indices outside, NaN or infinite coordinates, no extent.
+    """
+    points = np.array(vertices, dtype=np.float64)
+    triangles = np.array(faces, dtype=np.int64)
+    mesh = RawMesh(vertices=points, faces=triangles, face_source=np.arange(len(triangles)), polygons=len(triangles))
+    return features_of(mesh, find_recipe(recipe) if isinstance(recipe, str) else recipe)
+
+
+def compute_sample(entry: Entry, content: bytes, labels: bytes | None, recipe: Recipe) -> Sample:
+    """One entry of a data set: the bytes of its mesh file, and of its label file, to a Sample."""
+    mesh = parse_mesh(content, entry.source, entry.path.suffix)
+    found = None
+    if labels is not None and entry.labels is not None:
+        lines = parse_labels(labels, entry.label_classes, entry.labels.name)
+        found = labels_of(mesh, lines, entry.label_domains, entry.labels.name)
+    return features_of(mesh, recipe, found, place=entry.source, mesh_label=entry.mesh_label)
+
+
+def features_of(
+    raw: RawMesh, recipe: Recipe, labels: Labels | None = None, *, place: str = "", mesh_label: int = -1
+) -> Sample:
+    """Clean a mesh, compute the features of its working copy, and bring them back to every vertex of the file."""
+    mesh = clean(raw.vertices, raw.faces, weld=recipe.weld, place=place)
+    edges = edges_of(mesh.faces)
+    components = count_components(mesh)
+    try:
+        # One thread: the last bits of LAPACK's results depend on how many there are, and workers share the cores.
+        with threadpool_limits(1):
+            stiffness, mass = laplacian(mesh.vertices, mesh.faces, recipe)
+            hks = heat_kernel_signature(
+                stiffness,
+                mass,
+                np.array(recipe.times),
+                components=components,
+                regularisation=recipe.regularisation,
+            )
+    except InvalidMesh as error:
+        raise InvalidMesh(error.code, error.rule, error.found, place=place, advice=error.advice) from error
+    adjacency = face_adjacency(edges)
+    normals = vertex_normals(mesh.vertices, mesh.faces)
+    dihedral = mean_dihedral(mesh.vertices, mesh.faces, edges)
+    official = None
+    if recipe.official_dihedral:
+        official = mesh.to_vertices(official_dihedral(mesh.vertices, mesh.faces, adjacency)).astype(np.float32)
+    vertex_normal = mesh.to_vertices(normals)
+    return Sample(
+        vertices=mesh.positions.astype(np.float32),
+        vertex_normals=vertex_normal.astype(np.float32),
+        dihedral=mesh.to_vertices(dihedral).astype(np.float32),
+        hks=mesh.to_vertices(hks.values).astype(np.float32),
+        vertex_areas=vertex_areas(mesh.positions, raw.faces).astype(np.float32),
+        dihedral_official=official,
+        faces=raw.faces.astype(np.int32),
+        face_adjacency=_adjacency_of_file(mesh, adjacency).astype(np.int32),
+        face_source=raw.face_source.astype(np.int32),
+        face_labels=labels.faces if labels else None,
+        vertex_labels=labels.vertices if labels else None,
+        label_domain=labels.domain if labels else "mesh" if mesh_label >= 0 else "",
+        mesh_label=mesh_label,
+        times=np.array(recipe.times),
+        centre=mesh.centre,
+        scale=mesh.scale,
+        spectrum_size=hks.spectrum_size,
+        hks_error_bound=hks.error_bound,
+        diagnostics=_diagnostics(mesh, edges, components, vertex_normal, labels),
+    )
+
+
+def count_components(mesh: Mesh) -> int:
+    """Connected pieces of the working copy: vertices are connected when they share a face."""
+    tails, heads = mesh.faces.ravel(), np.roll(mesh.faces, -1, axis=1).ravel()
+    size = len(mesh.vertices)
+    graph = sp.coo_array((np.ones(len(tails), dtype=np.int8), (tails, heads)), shape=(size, size))
+    return int(connected_components(graph, directed=False)[0])
+
+
+def _adjacency_of_file(mesh: Mesh, adjacency: np.ndarray) -> np.ndarray:
+    """Adjacency of the working faces as rows and numbers of the file's triangles; -1 around degenerate ones."""
+    result = np.full(mesh.original_faces.shape, -1)
+    result[mesh.face_map] = np.where(adjacency < 0, -1, mesh.face_map[adjacency])
+    return result
+
+
+def _diagnostics(
+    mesh: Mesh, edges: Edges, components: int, normals: np.ndarray, labels: Labels | None
+) -> dict[str, int]:
+    found = None if labels is None else labels.faces if labels.faces is not None else labels.vertices
+    return {
+        "unreferenced_vertices": int((mesh.vertex_map < 0).sum()),
+        "welded_vertices": mesh.welded_vertices,
+        "degenerate_faces": len(mesh.original_faces) - len(mesh.faces),
+        "zero_area_faces": int((face_areas(mesh.vertices, mesh.faces) == 0).sum()),
+        "boundary_edges": int((edges.count == 1).sum()),
+        "nonmanifold_edges": int((edges.count > 2).sum()),
+        "components": components,
+        "undefined_normals": int((~normals.any(axis=1)).sum()),
+        "unlabelled": 0 if found is None else int((found < 0).sum()),
+    }

@@ -1,0 +1,103 @@
+"""What a run would do: the key of every entry, and where its sample already is."""
+
+import contextlib
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from meshshard.errors import InvalidMesh, InvalidShard
+from meshshard.files import sha256_of
+from meshshard.index import INDEX_NAME, Index, Rejection, read_index
+from meshshard.reader import Shard
+from meshshard.recipe import Recipe
+from meshshard_prep.datasets.layout import Entry
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """One entry with the bytes it is made of, by hash. `key` names its sample: same key, same numbers."""
+
+    entry: Entry
+    source_sha256: str
+    key: str
+
+    def names(self) -> dict[str, Any]:
+        """What its sample is called. Not part of the key: taken from the entry every time a sample is packed."""
+        return {
+            "id": self.entry.id,
+            "source": self.entry.source,
+            "source_sha256": self.source_sha256,
+            "split": self.entry.split,
+            "group": self.entry.group,
+        }
+
+
+def make_job(entry: Entry, recipe: Recipe, algorithm_version: int) -> Job:
+    """Hash what a sample depends on: mesh and label bytes, what labels mean, the recipe, the algorithm version.
+
+    Paths, times, job counts and splits are not part of it. InvalidMesh where a file cannot be read.
+    """
+    mesh, labels = read_entry(entry)
+    parts = (
+        f"algorithm {algorithm_version}",
+        recipe.to_json(),
+        sha256_of(mesh),
+        entry.path.suffix.lower(),
+        sha256_of(labels) if labels is not None else "no labels",
+        repr((sorted(entry.label_classes.items()), entry.label_domains, entry.mesh_label)),
+    )
+    return Job(entry=entry, source_sha256=parts[2], key=hashlib.sha256("\n".join(parts).encode()).hexdigest())
+
+
+def read_entry(entry: Entry) -> tuple[bytes, bytes | None]:
+    """The bytes of an entry's mesh file and, where it should have one, of its label file."""
+    try:
+        mesh = entry.path.read_bytes()
+    except OSError as error:
+        raise InvalidMesh(
+            "unreadable", "a mesh file can be read", f"the system says: {error.strerror}", place=entry.source
+        ) from error
+    if entry.labels is None:
+        return mesh, None
+    try:
+        return mesh, entry.labels.read_bytes()
+    except FileNotFoundError:
+        raise InvalidMesh(
+            "no-labels",
+            f"its label file is {entry.labels.name}",
+            "there is no such file",
+            place=entry.source,
+            advice=f"put it at {entry.labels.parent.name}/{entry.labels.name}, or take the mesh away",
+        ) from None
+    except OSError as error:
+        raise InvalidMesh(
+            "unreadable", "a label file can be read", f"the system says: {error.strerror}", place=entry.labels.name
+        ) from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class Before:
+    """What a folder holds already. `samples`: key -> shard and row; `refused`: key -> refusal."""
+
+    index: Index | None
+    samples: dict[str, tuple[Shard, int]]
+    refused: dict[str, Rejection]
+
+
+def stored_before(folder: Path) -> Before:
+    """The samples and refusals of earlier runs. A damaged index or shard counts as none: it is made again."""
+    if not (folder / INDEX_NAME).exists():
+        return Before(index=None, samples={}, refused={})
+    try:
+        index = read_index(folder)
+    except InvalidShard:
+        return Before(index=None, samples={}, refused={})
+    samples: dict[str, tuple[Shard, int]] = {}
+    start = 0
+    for entry in index.shards:
+        shard = Shard(folder / entry.file, entry.sha256)
+        with contextlib.suppress(InvalidShard):
+            samples |= {key: (shard, row) for row, key in enumerate(index.keys[start : start + len(shard)])}
+        start += entry.meshes
+    return Before(index=index, samples=samples, refused={entry.key: entry for entry in index.refused if entry.key})

@@ -1,0 +1,159 @@
+"""All meshes of a data set to a folder of shards: plan, map, publish. Read `pipeline.py` for one mesh."""
+
+import contextlib
+import fcntl
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import joblib
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from meshshard.errors import InvalidMesh, UsageError
+from meshshard.index import Index, Rejection
+from meshshard.recipe import Recipe
+from meshshard_prep import staging
+from meshshard_prep.datasets.layout import Entry, RawDataset
+from meshshard_prep.pack import publish_dataset
+from meshshard_prep.pipeline import ALGORITHM_VERSION, compute_sample
+from meshshard_prep.plan import Job, make_job, read_entry, stored_before
+
+LOCK_NAME = ".lock"
+FAILED = "failed"
+"""Code of a mesh that broke no rule: the program or its worker did. It is tried again by the next run."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """What a run came to. `computed` of the stored samples are new; in = stored + refused + failed."""
+
+    index: Index
+    computed: int
+    seconds: float
+
+    @property
+    def ok(self) -> bool:
+        """Every mesh is stored."""
+        return not self.index.refused and not self.index.failed
+
+
+def run(
+    dataset: RawDataset,
+    out: Path,
+    recipe: Recipe,
+    *,
+    jobs: int = -1,
+    val_fraction: float = 0.15,
+    split_seed: int = 0,
+    progress: Callable[[int, int, int], None] | None = None,
+) -> Report:
+    """Compute what is new, keep what is not, and publish `out` in one step, index.json last.
+
+    `jobs`: joblib's n_jobs, -1 for all cores. `progress(done, total, rejected)` is called after each computed mesh.
+    A mesh that breaks a rule, or breaks its worker, is in the report; the rest is stored. UsageError: two entries
+    have one id, no mesh could be stored, or another run holds `out`.
+    """
+    start = time.perf_counter()
+    _check_ids(dataset)
+    out.mkdir(parents=True, exist_ok=True)
+    with _lock(out):
+        staging.prepare(out)
+        planned, rejected = _plan(dataset, recipe)
+        before = stored_before(out)
+        for name, job in planned.items():
+            if job.key in before.refused:
+                rejected[name] = replace(before.refused[job.key], id=name, source=job.entry.source)
+        known = set(before.samples) | set(staging.staged(out))
+        todo = [job for name, job in planned.items() if name not in rejected and job.key not in known]
+        for done, outcome in enumerate(_map(todo, out, recipe, dataset.classes, jobs), start=1):
+            if outcome is not None:
+                rejected[outcome.id] = outcome
+            if progress:
+                progress(done, len(todo), len(rejected))
+        rejected |= _lost(todo, rejected, out)
+        index = publish_dataset(
+            out,
+            dataset,
+            [job for name, job in planned.items() if name not in rejected],
+            before,
+            recipe=recipe,
+            algorithm_version=ALGORITHM_VERSION,
+            val_fraction=val_fraction,
+            split_seed=split_seed,
+            refused=[entry for entry in rejected.values() if entry.code != FAILED],
+            failed=[entry for entry in rejected.values() if entry.code == FAILED],
+        )
+    return Report(
+        index=index,
+        computed=len(todo) - sum(job.entry.id in rejected for job in todo),
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _check_ids(dataset: RawDataset) -> None:
+    seen: dict[str, str] = {}
+    for entry in dataset.entries:
+        if entry.id in seen:
+            raise UsageError(f"two meshes have the id {entry.id!r}: {seen[entry.id]} and {entry.source}")
+        seen[entry.id] = entry.source
+
+
+@contextlib.contextmanager
+def _lock(out: Path) -> Iterator[None]:
+    """One run per folder; the lock is the system's and ends with its holder, however that ends."""
+    with (out / LOCK_NAME).open("a") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UsageError(f"another run is writing to {out}; wait for it, or choose another --out") from None
+        yield
+
+
+def _plan(dataset: RawDataset, recipe: Recipe) -> tuple[dict[str, Job], dict[str, Rejection]]:
+    jobs, rejected = {}, {}
+    for entry in sorted(dataset.entries, key=lambda entry: entry.id):
+        try:
+            jobs[entry.id] = make_job(entry, recipe, ALGORITHM_VERSION)
+        except InvalidMesh as error:
+            rejected[entry.id] = _rejection(entry, error.code, str(error), "")
+    return jobs, rejected
+
+
+def _map(
+    todo: list[Job], out: Path, recipe: Recipe, classes: tuple[str, ...], jobs: int
+) -> Iterator[Rejection | None]:
+    """Outcomes as they come: None for a staged sample. Ends early when a worker dies."""
+    parallel = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
+    with contextlib.suppress(TerminatedWorkerError):
+        yield from parallel(joblib.delayed(_compute)(job, out, recipe, classes) for job in todo)
+
+
+def _compute(job: Job, out: Path, recipe: Recipe, classes: tuple[str, ...]) -> Rejection | None:
+    """One mesh, in a worker: its sample goes to staging, or the reason comes back."""
+    entry = job.entry
+    try:
+        mesh, labels = read_entry(entry)
+        sample = compute_sample(entry, mesh, labels, recipe)
+        sample = replace(sample, key=job.key, **job.names())
+        staging.put(out, sample, recipe, ALGORITHM_VERSION, classes)
+    except InvalidMesh as error:
+        return _rejection(entry, error.code, str(error), job.key)
+    except Exception as error:  # noqa: BLE001  one bad mesh costs one mesh: it is reported and counted
+        return _rejection(entry, FAILED, f"{entry.source}: {type(error).__name__}: {error}", "")
+    return None
+
+
+def _rejection(entry: Entry, code: str, message: str, key: str) -> Rejection:
+    return Rejection(id=entry.id, source=entry.source, code=code, message=message, key=key)
+
+
+def _lost(todo: list[Job], rejected: dict[str, Rejection], out: Path) -> dict[str, Rejection]:
+    """Meshes that neither came back nor are staged: a worker died over one of them."""
+    done = staging.staged(out)
+    message = "a worker process died before this mesh was done; run again"
+    return {
+        job.entry.id: _rejection(job.entry, FAILED, f"{job.entry.source}: {message}", "")
+        for job in todo
+        if job.entry.id not in rejected and job.key not in done
+    }

@@ -1,0 +1,171 @@
+"""Each layout is built to the letter here; what is at hand is read whole in test_real_data.py."""
+
+import pytest
+from shapes import box, sphere, write_labels, write_obj
+
+from meshshard.errors import UsageError
+from meshshard_prep.datasets import ADAPTERS, read_dataset
+from meshshard_prep.datasets.coseg import PARTS
+from meshshard_prep.datasets.human_seg import group_of
+
+
+def segmentation_folder(root, meshes, labels):
+    """`meshes`: split/name -> mesh; every mesh gets the same label lines."""
+    for name, mesh in meshes.items():
+        write_obj(root / f"{name}.obj", *mesh)
+        write_labels(root / "seg" / f"{name.split('/')[1]}.eseg", labels)
+    return root
+
+
+def test_every_known_data_set_says_what_it_is():
+    for name, adapter in ADAPTERS.items():
+        assert adapter.name == name
+        assert adapter.summary
+        assert adapter.licence
+        assert adapter.citation
+        assert adapter.origin
+
+
+def test_human_seg(tmp_path):
+    root = segmentation_folder(tmp_path, {"train/scape__mesh000": box(), "test/shrec__1": box()}, range(1, 9))
+    dataset = read_dataset("human_seg", root)
+    assert dataset.classes == ("head", "hand", "lower arm", "upper arm", "body", "upper leg", "lower leg", "foot")
+    assert [(e.id, e.split, e.group, e.source) for e in dataset.entries] == [
+        ("train/scape__mesh000", "train", "SCAPE", "train/scape__mesh000.obj"),
+        ("test/shrec__1", "test", "shrec__1", "test/shrec__1.obj"),
+    ]
+    assert dataset.entries[0].label_classes == {value: value - 1 for value in range(1, 9)}
+    assert dataset.entries[0].label_domains == ("edge",)
+    assert dataset.entries[0].labels == root / "seg" / "scape__mesh000.eseg"
+
+
+def test_human_groups():
+    assert group_of("MIT_animation__meshes_march1__meshes__mesh_0010") == "MIT march1"
+    assert group_of("faust__tr_reg_042") == "FAUST 4"
+    assert group_of("scape__mesh003") == "SCAPE"
+    assert group_of("adobe__FemaleFitA_tri_fixed") == "adobe__FemaleFitA_tri_fixed"
+
+
+@pytest.mark.parametrize("first", [0, 1], ids=["the paper's archive, faces from 0", "MeshCNN's, edges from 1"])
+def test_coseg_set(tmp_path, first):
+    values = [first + part for part in range(PARTS["vases"])]
+    segmentation_folder(tmp_path / "coseg_vases", {"train/1": box(), "test/2": box()}, values)
+    for root in (tmp_path, tmp_path / "coseg_vases"):
+        dataset = read_dataset("coseg_vases", root)
+        assert dataset.classes == tuple(f"vases part {part}" for part in range(4))
+        assert dataset.entries[0].label_classes == {value: part for part, value in enumerate(values)}
+
+
+def test_coseg_is_all_three_sets(tmp_path):
+    for shape, parts in PARTS.items():
+        segmentation_folder(tmp_path / f"coseg_{shape}", {"train/1": box(), "test/2": box()}, range(parts))
+    dataset = read_dataset("coseg", tmp_path)
+    assert len(dataset.classes) == 11
+    assert [e.id for e in dataset.entries] == [f"{s}/{i}" for s in PARTS for i in ("train/1", "test/2")]
+    assert dataset.entries[-1].label_classes == {0: 7, 1: 8, 2: 9, 3: 10}
+    assert dataset.entries[-1].source == "coseg_vases/test/2.obj"
+
+
+def test_coseg_tells_which_set_is_missing(tmp_path):
+    segmentation_folder(tmp_path / "coseg_chairs", {"train/1": box()}, range(3))
+    with pytest.raises(UsageError, match="lacks coseg_aliens, coseg_vases"):
+        read_dataset("coseg", tmp_path)
+
+
+def test_classification_layout(tmp_path):
+    for name in ("cat/train/T2", "cat/test/T1", "ant/train/T3"):
+        write_obj(tmp_path / f"{name}.obj", *sphere(0))
+    (tmp_path / "SOURCE.txt").write_text("not a class")
+    dataset = read_dataset("shrec_16", tmp_path)
+    assert dataset.classes == ("ant", "cat")
+    assert [(e.id, e.split, e.mesh_label) for e in dataset.entries] == [
+        ("ant/train/T3", "train", 0),
+        ("cat/train/T2", "train", 1),
+        ("cat/test/T1", "test", 1),
+    ]
+
+
+def test_plain_folder(tmp_path):
+    write_obj(tmp_path / "b.obj", *box())
+    write_obj(tmp_path / "deep" / "a.OBJ", *box())
+    dataset = read_dataset(str(tmp_path))
+    assert (dataset.task, dataset.classes, dataset.name) == ("unlabelled", (), tmp_path.name)
+    assert [(e.id, e.split, e.labels) for e in dataset.entries] == [("b", "", None), ("deep/a", "", None)]
+
+
+def test_folder_with_labels_and_splits(tmp_path):
+    for split in ("train", "test"):
+        write_obj(tmp_path / split / "a.obj", *box())
+    write_labels(tmp_path / "train" / "a.seg", [5, 2] * 6)
+    dataset = read_dataset(str(tmp_path))
+    assert (dataset.task, dataset.classes) == ("segmentation", ("2", "5"))
+    train, test = sorted(dataset.entries, key=lambda e: e.split, reverse=True)
+    assert (train.split, train.label_classes, train.labels) == ("train", {2: 0, 5: 1}, tmp_path / "train" / "a.seg")
+    assert test.labels == tmp_path / "test" / "a.seg"  # not there: that mesh will be refused
+
+
+def test_one_mesh_file(tmp_path):
+    write_obj(tmp_path / "a.obj", *box())
+    dataset = read_dataset(str(tmp_path / "a.obj"))
+    assert [(e.id, e.source) for e in dataset.entries] == [("a", "a.obj")]
+
+
+def test_same_stem_keeps_its_suffix(tmp_path):
+    write_obj(tmp_path / "a.obj", *box())
+    (tmp_path / "a.off").write_text("OFF\n")
+    assert {e.id for e in read_dataset(str(tmp_path)).entries} == {"a.obj", "a.off"}
+
+
+def test_two_label_files_are_refused(tmp_path):
+    write_obj(tmp_path / "a.obj", *box())
+    write_labels(tmp_path / "a.seg", [1])
+    write_labels(tmp_path / "a.txt", [1])
+    with pytest.raises(UsageError, match=r"two label files: a.seg and a.txt"):
+        read_dataset(str(tmp_path))
+
+
+def test_toml(tmp_path):
+    segmentation_folder(tmp_path / "raw", {"train/1": box(), "test/2": box()}, [1, 2] * 6)
+    file = tmp_path / "my.toml"
+    file.write_text('layout = "meshcnn-segmentation"\nraw = "raw"\nclasses = ["a", "b"]\nlabel_domain = "face"\n')
+    dataset = read_dataset(str(file))
+    assert (dataset.name, dataset.classes) == ("my", ("a", "b"))
+    assert dataset.entries[0].label_domains == ("face",)
+    file.write_text('name = "x"\nraw = "raw"\n')
+    assert read_dataset(str(file)).name == "x"
+    assert len(read_dataset(str(file), tmp_path / "raw" / "train").entries) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("nmae = 'x'", "unknown key 'nmae'; known are name"),
+        ("name = 3", "name is a str, not 3"),
+        ("layout = 'scan'", "layout is one of folder, meshcnn-segmentation"),
+        ("label_domain = 'corner'", "label_domain is one of face, edge, vertex"),
+        ("raw = 'nowhere'", "the raw folder .*nowhere is not there"),
+        ("name = ", "not a TOML file that can be read"),
+        ("layout = 'meshcnn-classification'\nclasses = ['a']", "the folders are the classes"),
+    ],
+)
+def test_toml_mistakes_are_named(tmp_path, text, message):
+    write_obj(tmp_path / "cat" / "train" / "a.obj", *box())
+    (tmp_path / "my.toml").write_text(text)
+    with pytest.raises(UsageError, match=message):
+        read_dataset(str(tmp_path / "my.toml"))
+
+
+def test_what_is_not_there_says_what_to_do(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError, match=r"make features DATASET=human_seg RAW=<folder>"):
+        read_dataset("human_seg")
+    with pytest.raises(UsageError, match=r"'cseg' is no known data set.*known are minicoseg, human_seg"):
+        read_dataset("cseg")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(UsageError, match="holds no mesh"):
+        read_dataset("empty")
+    with pytest.raises(UsageError, match="--raw goes with"):
+        read_dataset("empty", tmp_path)
+    for name in ("human_seg", "shrec_16"):
+        with pytest.raises(UsageError, match="layout"):
+            read_dataset(name, tmp_path / "empty")

@@ -1,0 +1,59 @@
+"""The data sets at hand, read whole; labels against a parse that shares no line with the project's."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from meshshard_prep.datasets import read_dataset
+from meshshard_prep.formats import parse_mesh
+from meshshard_prep.labels import labels_of, parse_labels
+
+
+@pytest.mark.data
+def test_human_seg_labels(data_root):
+    dataset = read_dataset("human_seg", data_root / "human_seg")
+    assert Counter(entry.split for entry in dataset.entries) == {"train": 381, "test": 18}
+    assert len({entry.group for entry in dataset.entries if entry.split == "train"}) == 8 + 10 + 1 + 41
+    open_faces = 0
+    for entry in dataset.entries:
+        mesh = parse_mesh(entry.path.read_bytes(), entry.source)
+        lines = parse_labels(entry.labels.read_bytes(), entry.label_classes, entry.labels.name)
+        found = labels_of(mesh, lines, entry.label_domains, entry.labels.name)
+        assert found.domain == "edge"
+        expected = labels_by_another_road(entry.path, entry.labels)
+        np.testing.assert_array_equal(found.faces, expected, err_msg=entry.id)
+        open_faces += int((found.faces < 0).sum())
+    assert open_faces == 2  # of 598,500
+
+
+def labels_by_another_road(mesh_path, label_path):
+    """Face labels of MeshCNN's edge labels by a dictionary of edges and a counter."""
+    edge_labels = [int(line) for line in label_path.read_text().split()]
+    numbers, result = {}, []
+    for line in mesh_path.read_text().splitlines():
+        if line.startswith("f "):
+            a, b, c = (int(part.split("/")[0]) for part in line.split()[1:])
+            sides = [numbers.setdefault(frozenset(edge), len(numbers)) for edge in ((a, b), (b, c), (c, a))]
+            label, votes = Counter(edge_labels[side] for side in sides).most_common(1)[0]
+            result.append(label - 1 if votes > 1 else -1)
+    assert len(numbers) == len(edge_labels)
+    return result
+
+
+@pytest.mark.data
+def test_shrec_16(data_root):
+    dataset = read_dataset("shrec_16", data_root / "shrec_16")
+    assert len(dataset.classes) == 30
+    assert Counter(entry.split for entry in dataset.entries) == {"train": 480, "test": 120}
+    for entry in dataset.entries:
+        assert dataset.classes[entry.mesh_label] == entry.path.parts[-3]
+        assert parse_mesh(entry.path.read_bytes(), entry.source).polygons == 500
+
+
+@pytest.mark.data
+def test_modelnet9_is_in_the_same_layout(data_root, tmp_path):
+    file = tmp_path / "modelnet9.toml"
+    file.write_text(f'layout = "meshcnn-classification"\nraw = "{(data_root / "modelnet9").resolve()}"\n')
+    dataset = read_dataset(str(file))
+    assert (len(dataset.classes), len(dataset.entries)) == (9, 180)

@@ -1,0 +1,66 @@
+import numpy as np
+import pytest
+from shapes import sphere
+
+from meshshard.errors import InvalidMesh, UsageError
+from meshshard_prep.features.edges import edges_of
+from meshshard_prep.labels import class_table, labels_of, majority_of_edges, parse_labels
+from meshshard_prep.mesh import RawMesh
+
+ALL = ("face", "edge", "vertex")
+
+
+def raw(vertices, faces, face_source=None):
+    source = np.arange(len(faces)) if face_source is None else np.array(face_source)
+    return RawMesh(vertices=vertices, faces=faces, face_source=source, polygons=int(source.max()) + 1)
+
+
+def test_lines_become_class_indices():
+    assert parse_labels(b"3\n1\r\n 2 \n\n", {1: 0, 2: 1, 3: 2}, "x.seg").tolist() == [2, 0, 1]
+
+
+@pytest.mark.parametrize("content", [b"1\nhead\n", b"1\n9\n", b"1\n1.5\n", b"1\n\n1\n", b"1\n\xff\n"])
+def test_a_line_that_is_no_class_is_refused_with_its_number(content):
+    with pytest.raises(InvalidMesh, match=r"x.seg:2: each line is one of the integers 1, 2, but .*\[bad-label\]"):
+        parse_labels(content, {1: 0, 2: 1}, "x.seg")
+
+
+def test_the_domain_is_found_by_count():
+    vertices, faces = sphere(1)
+    mesh, edges = raw(vertices, faces), len(edges_of(faces).ends)
+    assert labels_of(mesh, np.arange(len(faces)), ALL, "").domain == "face"
+    assert labels_of(mesh, np.zeros(edges, dtype=int), ALL, "").domain == "edge"
+    assert labels_of(mesh, np.arange(len(vertices)), ALL, "").vertices.tolist() == list(range(len(vertices)))
+
+
+@pytest.mark.parametrize("count", [0, 1, 31, 33])
+def test_other_counts_are_refused_with_both_numbers(count):
+    with pytest.raises(
+        InvalidMesh, match=rf"32 \(faces\) or 48 \(edges\), but it has {count} lines.*\[label-count\]"
+    ):
+        labels_of(raw(*sphere(1)), np.zeros(count, dtype=int), ("face", "edge"), "x.seg")
+
+
+def test_a_count_that_fits_twice_is_refused():
+    vertices = np.zeros((3, 3))
+    mesh = raw(vertices, np.array([[0, 1, 2]]))
+    with pytest.raises(InvalidMesh, match=r"label_domain in the data set's TOML"):
+        labels_of(mesh, np.zeros(3, dtype=int), ALL, "")
+
+
+def test_polygon_labels_go_to_their_triangles():
+    mesh = raw(np.zeros((6, 3)), np.array([[0, 1, 2], [0, 2, 3], [3, 4, 5]]), [0, 0, 1])
+    assert labels_of(mesh, np.array([7, 4]), ("face",), "").faces.tolist() == [7, 7, 4]
+
+
+def test_majority_of_three_edges():
+    sides = np.array([[1, 1, 1], [1, 1, 2], [1, 2, 1], [2, 1, 1], [0, 1, 2]])
+    assert majority_of_edges(sides).tolist() == [1, 1, 1, 1, -1]
+
+
+def test_class_table_from_files(tmp_path):
+    (tmp_path / "a").write_text("3\n1\n")
+    (tmp_path / "b").write_text("7\nnonsense\n")
+    assert class_table([tmp_path / "a", tmp_path / "b"], (), tmp_path) == (("1", "3", "7"), {1: 0, 3: 1, 7: 2})
+    with pytest.raises(UsageError, match=r"2 class names, but the label files hold the integers \[1, 3, 7\]"):
+        class_table([tmp_path / "a", tmp_path / "b"], ("x", "y"), tmp_path)

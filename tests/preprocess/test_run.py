@@ -1,0 +1,305 @@
+import os
+import shutil
+from dataclasses import replace
+from itertools import count
+
+import numpy as np
+import pytest
+from shapes import FAMILY, bumpy, sphere, write_labels, write_obj
+
+from meshshard import open_dataset
+from meshshard.errors import UsageError
+from meshshard.files import publish
+from meshshard.index import INDEX_NAME, read_index
+from meshshard.recipe import RECIPES
+from meshshard.verify import verify
+from meshshard_prep import pack, staging
+from meshshard_prep import run as run_module
+from meshshard_prep.datasets import read_dataset
+from meshshard_prep.run import run
+
+PAPER = RECIPES["paper"]
+
+
+@pytest.fixture
+def raw(tmp_path):
+    """A labelled folder: eight meshes to train with, two to test."""
+    root = tmp_path / "raw"
+    # not the tetrahedron: it has as many faces as vertices, and its labels could be either's
+    family = {"small": sphere(1)} | {name: mesh for name, mesh in FAMILY.items() if name != "tetrahedron"}
+    for number, (name, (vertices, faces)) in enumerate(family.items()):
+        write_obj(root / "train" / f"{name}.obj", vertices, faces)
+        write_labels(root / "train" / f"{name}.seg", (np.arange(len(faces)) + number) % 3)
+    for seed in (5, 6):
+        vertices, faces = bumpy(seed, 1)
+        write_obj(root / "test" / f"bumpy{seed}.obj", vertices, faces)
+        write_labels(root / "test" / f"bumpy{seed}.seg", np.arange(len(faces)) % 3)
+    return root
+
+
+def go(raw, out, jobs=1, recipe=PAPER, **settings):
+    return run(read_dataset(str(raw)), out, recipe, jobs=jobs, **settings)
+
+
+def tree(folder):
+    """Name -> content of everything a run left, but its lock."""
+    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file() and p.name != ".lock"}
+
+
+def test_everything_is_stored(raw, tmp_path):
+    report = go(raw, tmp_path / "out", val_fraction=0.25)
+    assert (report.ok, report.computed) == (True, 10)
+    dataset = open_dataset(tmp_path / "out")
+    assert len(dataset) == 10
+    assert {split: len(numbers) for split, numbers in dataset.splits.items()} == {"test": 2, "train": 6, "val": 2}
+    assert list(dataset.ids) == sorted(dataset.ids)
+    for number in range(len(dataset)):
+        sample = dataset[number]
+        labels = np.loadtxt(raw / f"{sample.id}.seg", dtype=int)
+        np.testing.assert_array_equal(sample.face_labels, labels)
+        assert sample.id == dataset.ids[number]
+        assert sample.split == sample.id.split("/")[0]
+    assert verify(tmp_path / "out", full=True) == []
+
+
+def test_second_run_does_nothing(raw, tmp_path, monkeypatch):
+    go(raw, tmp_path / "out")
+    before = tree(tmp_path / "out")
+    monkeypatch.setattr(run_module, "_compute", lambda *_: pytest.fail("computed again"))
+    monkeypatch.setattr(pack, "publish", lambda *_: pytest.fail("written again"))
+    report = go(raw, tmp_path / "out")
+    assert report.computed == 0
+    assert tree(tmp_path / "out") == before
+
+
+def test_same_bytes_for_one_and_two_workers_and_another_place(raw, tmp_path):
+    go(raw, tmp_path / "one", jobs=1)
+    moved = tmp_path / "moved" / "raw"
+    moved.parent.mkdir()
+    raw.rename(moved)
+    go(moved, tmp_path / "two", jobs=2)
+    assert tree(tmp_path / "one") == tree(tmp_path / "two")
+
+
+def test_killed_and_resumed(raw, tmp_path, monkeypatch):
+    """Interrupted after each number of meshes, a second run computes the rest and leaves the same bytes."""
+    go(raw, tmp_path / "whole")
+    original = staging.put
+    for done in range(1, 10):
+        out = tmp_path / f"killed{done}"
+        calls = count(1)
+
+        def put(*arguments, calls=calls, done=done):
+            if next(calls) > done:
+                raise KeyboardInterrupt
+            original(*arguments)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(staging, "put", put)
+            with pytest.raises(KeyboardInterrupt):
+                go(raw, out)
+        assert not (out / INDEX_NAME).exists()
+        assert go(raw, out).computed == 10 - done
+        assert tree(out) == tree(tmp_path / "whole")
+
+
+def test_killed_while_publishing_leaves_the_old_or_the_new(raw, tmp_path, monkeypatch):
+    monkeypatch.setattr(pack, "MAX_MESHES", 3)
+    go(raw, tmp_path / "old")
+    write_labels(raw / "test" / "bumpy5.seg", [2] * 32)
+    go(raw, tmp_path / "new")
+    for call in range(1, 3):
+        out = tmp_path / f"out{call}"
+        shutil.copytree(tmp_path / "old", out)
+        calls = count(1)
+
+        def die(path, data, calls=calls, call=call):
+            if next(calls) == call:
+                raise OSError(28, "No space left on device")
+            publish(path, data)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(pack, "publish", die)
+            with pytest.raises(OSError, match="No space"):
+                go(raw, out)
+        assert open_dataset(out)[0].face_labels[0] == 0  # the old data set, whole
+        assert read_index(out) == read_index(tmp_path / "old")
+        go(raw, out)
+        assert tree(out) == tree(tmp_path / "new")
+
+
+def test_one_changed_label_file_computes_one_sample(raw, tmp_path):
+    go(raw, tmp_path / "out")
+    write_labels(raw / "train" / "box.seg", [1] * 12)
+    assert go(raw, tmp_path / "out").computed == 1
+    dataset = open_dataset(tmp_path / "out")
+    assert dataset[dataset.ids.index("train/box")].face_labels.tolist() == [1] * 12
+    assert verify(tmp_path / "out", full=True) == []
+
+
+def test_taking_a_mesh_away_and_another_split_seed_compute_nothing(raw, tmp_path):
+    go(raw, tmp_path / "out")
+    (raw / "train" / "box.obj").unlink()
+    assert go(raw, tmp_path / "out").computed == 0
+    assert "train/box" not in open_dataset(tmp_path / "out").ids
+    shards = read_index(tmp_path / "out").shards
+    assert go(raw, tmp_path / "out", split_seed=3).computed == 0
+    assert read_index(tmp_path / "out").shards == shards
+
+
+def test_another_recipe_has_its_own_samples(raw, tmp_path):
+    go(raw, tmp_path / "out")
+    report = go(raw, tmp_path / "out", recipe=replace(PAPER, name="short", times=(0.1, 0.2)))
+    assert report.computed == 10
+    assert open_dataset(tmp_path / "out")[0].hks.shape[1] == 2
+
+
+@pytest.mark.parametrize("what", ["shard", "index", "cut", "gone"])
+def test_a_damaged_folder_is_made_again(raw, tmp_path, what):
+    out = tmp_path / "out"
+    go(raw, out)
+    before = tree(out)
+    path = out / (INDEX_NAME if what == "index" else read_index(out).shards[0].file)
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    if what == "gone":
+        path.unlink()
+    else:
+        path.write_bytes(data[:100] if what == "cut" else data)
+    assert verify(out)
+    assert go(raw, out).computed == 10
+    assert tree(out) == before
+
+
+def test_a_damaged_staged_sample_is_computed_again(raw, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    with monkeypatch.context() as patch:
+        patch.setattr(run_module, "publish_dataset", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            go(raw, out)
+    first = next(iter(staging.staged(out).values()))
+    first.write_bytes(first.read_bytes()[:-1] + b"?")
+    assert go(raw, out).computed == 1
+    assert verify(out, full=True) == []
+
+
+HOSTILE = {
+    "truncated.obj": ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2", "bad-face", "truncated.obj:4"),
+    "empty.obj": ("", "empty-file", "empty.obj"),
+    "pointer.obj": (
+        "version https://git-lfs.github.com/spec/v1\noid sha256:12\nsize 3\n",
+        "not-a-mesh",
+        "pointer.obj",
+    ),
+    "nan.obj": ("v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "not-finite", "nan.obj:2"),
+    "range.obj": ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "index-out-of-range", "range.obj:4"),
+}
+
+
+def test_hostile_folder(tmp_path):
+    """Six bad meshes cost six meshes; each refusal names rule, values, place and remedy."""
+    root = tmp_path / "raw"
+    for name in ("good1", "good2", "short"):
+        write_obj(root / f"{name}.obj", *sphere(1))
+        write_labels(root / f"{name}.seg", [0, 1] * 16)
+    write_labels(root / "short.seg", [0, 1] * 15 + [0])
+    for name, (content, _, _) in HOSTILE.items():
+        (root / name).write_text(content)
+        write_labels(root / name.replace(".obj", ".seg"), [0])
+    report = go(root, tmp_path / "out", jobs=2)
+    assert not report.ok
+    assert list(report.index.ids) == ["good1", "good2"]
+    refused = {entry.source: entry for entry in report.index.refused}
+    assert set(refused) == {*HOSTILE, "short.obj"}
+    assert not report.index.failed
+    for name, (_, code, place) in HOSTILE.items():
+        assert refused[name].code == code
+        assert refused[name].message.startswith(place)
+    assert "32 (faces) or 48 (edges) or 18 (vertices), but it has 31 lines" in refused["short.obj"].message
+    assert all(", but " in entry.message for entry in refused.values())
+    # refusals are remembered, and forgotten when the file changes
+    assert go(root, tmp_path / "out").computed == 0
+    write_labels(root / "short.seg", [0, 1] * 16)
+    assert list(go(root, tmp_path / "out").index.ids) == ["good1", "good2", "short"]
+
+
+def test_missing_label_file_and_unreadable_mesh(tmp_path):
+    for name in ("a", "b", "c"):
+        write_obj(tmp_path / "raw" / f"{name}.obj", *sphere(1))
+    write_labels(tmp_path / "raw" / "a.seg", [0] * 32)
+    (tmp_path / "raw" / "c.obj").unlink()
+    (tmp_path / "raw" / "c.obj").symlink_to(tmp_path / "nowhere")
+    refused = {entry.id: entry for entry in go(tmp_path / "raw", tmp_path / "out").index.refused}
+    assert (refused["b"].code, refused["c"].code) == ("no-labels", "unreadable")
+    assert "label file is b.seg, but there is no such file. put it at raw/b.seg" in refused["b"].message
+
+
+def explode(*_):
+    raise RuntimeError("boom")
+
+
+def test_an_unexpected_error_costs_one_mesh_and_is_tried_again(raw, tmp_path, monkeypatch):
+    with monkeypatch.context() as patch:
+        original = run_module.compute_sample
+        patch.setattr(
+            run_module,
+            "compute_sample",
+            lambda entry, *rest: explode() if entry.id == "train/box" else original(entry, *rest),
+        )
+        report = go(raw, tmp_path / "out")
+    assert [entry.message for entry in report.index.failed] == ["train/box.obj: RuntimeError: boom"]
+    assert len(report.index.ids) == 9
+    assert go(raw, tmp_path / "out").ok
+
+
+class Bomb(str):
+    """A label domain that kills the worker that unpickles it."""
+
+    def __reduce__(self):
+        return os._exit, (1,)
+
+
+def test_a_dying_worker_loses_no_finished_mesh(raw, tmp_path):
+    dataset = read_dataset(str(raw))
+    bombed = [replace(e, label_domains=(Bomb("face"),)) if e.id == "train/box" else e for e in dataset.entries]
+    report = run(replace(dataset, entries=tuple(bombed)), tmp_path / "out", PAPER, jobs=2)
+    assert "train/box" in {entry.id for entry in report.index.failed}
+    assert len(report.index.ids) + len(report.index.failed) == 10
+    assert go(raw, tmp_path / "out").ok
+    assert verify(tmp_path / "out", full=True) == []
+
+
+def test_nothing_to_store_is_an_error(tmp_path):
+    (tmp_path / "raw").mkdir()
+    (tmp_path / "raw" / "a.obj").write_text("v 0 0 0\n")
+    with pytest.raises(UsageError, match=r"none of the 1 meshes of raw can be stored:\n  a.obj: .*no-faces"):
+        go(tmp_path / "raw", tmp_path / "out")
+
+
+def test_one_run_a_folder(raw, tmp_path):
+    (tmp_path / "out").mkdir()
+    with run_module._lock(tmp_path / "out"), pytest.raises(UsageError, match="another run is writing"):
+        go(raw, tmp_path / "out")
+
+
+def test_temporary_files_of_a_killed_run_are_removed(raw, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / ".tmp-1-shard.h5").write_text("half")
+    go(raw, tmp_path / "out")
+    assert verify(tmp_path / "out") == []
+
+
+def test_two_meshes_with_one_id_are_refused(raw, tmp_path):
+    dataset = read_dataset(str(raw))
+    twice = replace(dataset, entries=(*dataset.entries, dataset.entries[0]))
+    with pytest.raises(UsageError, match="two meshes have the id"):
+        run(twice, tmp_path / "out", PAPER)
+
+
+def test_shards_are_cut_at_their_limits(raw, tmp_path, monkeypatch):
+    monkeypatch.setattr(pack, "MAX_MESHES", 4)
+    assert [shard.meshes for shard in go(raw, tmp_path / "a").index.shards] == [4, 4, 2]
+    monkeypatch.setattr(pack, "MAX_VERTICES", 100)
+    sizes = [shard.vertices for shard in go(raw, tmp_path / "b").index.shards]
+    assert max(sizes) <= 100 or 1 in [shard.meshes for shard in read_index(tmp_path / "b").shards]
+    assert len(open_dataset(tmp_path / "b")) == 10

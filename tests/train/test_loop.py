@@ -1,0 +1,137 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from samples import sample, toy_dataset, write_dataset
+
+from meshshard import UsageError, open_dataset
+from meshshard_train import checkpoint, loop
+from meshshard_train.config import paper
+from meshshard_train.loop import learning_rate, train
+from meshshard_train.results import write_results
+
+CPU = torch.device("cpu")
+CONFIG = paper("segmentation", epochs=4, warmup_epochs=1.0, batch_vertices=100, precision="fp32")
+
+
+@pytest.fixture
+def dataset(tmp_path):
+    return open_dataset(toy_dataset(tmp_path / "data"))
+
+
+def numbers_of(history):
+    return [{k: v for k, v in row.items() if k != "seconds"} for row in history]
+
+
+def test_it_learns(dataset, tmp_path):
+    # labels are bands of height: turns about another axis than y would take them away
+    config = replace(CONFIG, epochs=16, learning_rate=3e-3, rotation_axes="y")
+    history = train(dataset, config, tmp_path / "run", CPU)
+    assert history[-1]["loss"] < 0.8 * history[0]["loss"]
+    assert history[-1]["val_accuracy"] > 0.8
+    lines = (tmp_path / "run" / "metrics.jsonl").read_text().splitlines()
+    assert [json.loads(line) for line in lines] == history
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory):
+    """The folder and the history of a run of CONFIG that nothing stopped."""
+    folder = tmp_path_factory.mktemp("unbroken")
+    return folder / "run", train(open_dataset(toy_dataset(folder / "data")), CONFIG, folder / "run", CPU)
+
+
+@pytest.mark.parametrize("stop", [1, 4, 6, 7, 14])
+def test_stopped_anywhere_it_goes_on_to_the_bit(dataset, tmp_path, unbroken, stop):
+    """Killed after a step, or right after an epoch; the losses of the resumed run are those of the unbroken one."""
+    run, whole = unbroken
+    calls = 0
+
+    def kill(_):
+        nonlocal calls
+        calls += 1
+        if calls == stop:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        train(dataset, CONFIG, tmp_path / "killed", CPU, kill)
+    resumed = train(dataset, CONFIG, tmp_path / "killed", CPU)
+    assert numbers_of(resumed) == numbers_of(whole)
+    a, b = (checkpoint.load(folder / "last.safetensors").tensors for folder in (run, tmp_path / "killed"))
+    assert all(torch.equal(a[name], b[name]) for name in a)
+
+
+def test_a_finished_run_is_left_alone(dataset, tmp_path):
+    first = train(dataset, CONFIG, tmp_path / "run", CPU)
+    before = (tmp_path / "run" / "last.safetensors").read_bytes()
+    assert train(dataset, CONFIG, tmp_path / "run", CPU) == first
+    assert (tmp_path / "run" / "last.safetensors").read_bytes() == before
+
+
+def test_the_seed_decides(dataset, tmp_path):
+    histories = [
+        train(dataset, replace(CONFIG, seed=s, epochs=1), tmp_path / f"{i}", CPU) for i, s in enumerate((0, 0, 1))
+    ]
+    assert numbers_of(histories[0]) == numbers_of(histories[1]) != numbers_of(histories[2])
+
+
+def test_best_is_the_first_of_the_highest_validation_accuracy(dataset, tmp_path):
+    history = train(dataset, CONFIG, tmp_path / "run", CPU)
+    accuracies = [row["val_accuracy"] for row in history]
+    best = checkpoint.load(tmp_path / "run" / "best.safetensors")
+    assert best.state["epoch"] == int(np.argmax(accuracies))
+
+
+def test_another_configuration_or_data_set_is_refused_with_both_values(dataset, tmp_path):
+    train(dataset, replace(CONFIG, epochs=1), tmp_path / "run", CPU)
+    with pytest.raises(UsageError, match=r"learning_rate: 0.001 against 0.002"):
+        train(dataset, replace(CONFIG, epochs=1, learning_rate=0.002), tmp_path / "run", CPU)
+    samples = [sample(n) for n in range(4)]
+    for changes, message in (
+        ({"classes": ("a", "b", "c")}, r"classes: \('low', 'middle', 'high'\) against \('a', 'b', 'c'\)"),
+        ({}, "splits: "),
+    ):
+        other = write_dataset(tmp_path / message[:5], samples, ["train", "train", "val", "test"], **changes)
+        with pytest.raises(UsageError, match=message):
+            train(open_dataset(other), replace(CONFIG, epochs=1), tmp_path / "run", CPU)
+
+
+def test_empty_splits_are_named(tmp_path):
+    folder = write_dataset(tmp_path / "a", [sample(0), sample(1)], ["train", "test"])
+    with pytest.raises(UsageError, match=r"no meshes in the split 'val' \(test: 1, train: 1\)"):
+        train(open_dataset(folder), CONFIG, tmp_path / "run", CPU)
+
+
+def test_a_loss_that_is_not_finite_names_its_meshes(dataset, tmp_path, monkeypatch):
+    original = loop.mesh_losses
+    monkeypatch.setattr(loop, "mesh_losses", lambda *a: original(*a) * float("nan"))
+    with pytest.raises(UsageError, match=r"epoch 0: the loss is not finite on \['mesh00"):
+        train(dataset, CONFIG, tmp_path / "run", CPU)
+
+
+def test_schedule():
+    config = paper("segmentation", epochs=20, warmup_epochs=4.0, learning_rate=0.1)
+    rates = [learning_rate(config, epoch) for epoch in (0.0, 2.0, 4.0, 12.0, 20.0)]
+    assert rates == pytest.approx([1e-4, 0.05005, 0.1, 0.05, 0], abs=1e-12)
+
+
+def test_classification_and_results(tmp_path):
+    samples = [sample(n, labels=None, mesh_label=n % 2, label_domain="mesh") for n in range(10)]
+    splits = ["train"] * 6 + ["val"] * 2 + ["test"] * 2
+    folder = write_dataset(tmp_path / "a", samples, splits, task="classification", classes=("even", "odd"))
+    dataset = open_dataset(folder)
+    history = train(dataset, paper("classification", epochs=2, precision="fp32"), tmp_path / "run", CPU)
+    results, pictures = write_results(dataset, tmp_path / "run", history, CPU)
+    assert set(results["rows"]) == {"val", "test"}
+    assert [p.name for p in pictures] == ["curves.png"]
+    assert "| split | accuracy |" in (tmp_path / "run" / "results.md").read_text()
+
+
+def test_results_of_segmentation(dataset, tmp_path):
+    history = train(dataset, CONFIG, tmp_path / "run", CPU)
+    results, pictures = write_results(dataset, tmp_path / "run", history, CPU)
+    assert json.loads((tmp_path / "run" / "results.json").read_text()) == results
+    assert results["rows"]["test"]["accuracy"] > 0.3
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in pictures)
+    assert [p.name for p in pictures] == ["curves.png", "val.png", "test.png"]

@@ -1,0 +1,1 @@
+"""The training half of meshshard: feature shards in, trained networks and their results out."""

@@ -1,0 +1,68 @@
+"""What prediction writes for a mesh: PLY, PNG and a label file, or the probabilities of its classes."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import torch
+from jaxtyping import Int
+from plyfile import PlyData, PlyElement
+
+from meshshard import Dataset, Sample, UsageError
+from meshshard.files import publish
+from meshshard_train.checkpoint import Checkpoint
+from meshshard_train.palette import colours_of
+from meshshard_train.pictures import Tile, gallery
+from meshshard_train.predict import predictions
+
+
+def write_predictions(best: Checkpoint, dataset: Dataset, out: Path, device: torch.device) -> Iterator[str]:
+    """Predict every sample of a data set and write its files into `out`; yields a line for each mesh.
+
+    Segmentation: NAME.ply coloured by class, NAME.png, NAME.seg with a class index for each polygon of the mesh
+    file. Classification: NAME.json with the probability of every class. UsageError: features of another recipe.
+    """
+    if dataset.recipe != best.recipe:
+        raise UsageError(f"features by {dataset.recipe.to_json()}, the network learned {best.recipe.to_json()}")
+    network = best.network().to(device)
+    for number, labels, probabilities in predictions(network, dataset, range(len(dataset)), best.config, device):
+        sample = dataset[number]
+        path = out / sample.id
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if best.config.task == "classification":
+            table = dict(zip(best.classes, probabilities[0].tolist(), strict=True))
+            name = f"{path}.json"
+            publish(Path(name), json.dumps(table, indent=1).encode() + b"\n")
+            yield f"{sample.source}: {best.classes[labels[0]]} ({100 * probabilities.max():.1f} %) -> {name}"
+            continue
+        write_ply(Path(f"{path}.ply"), sample, labels)
+        write_labels(Path(f"{path}.seg"), sample, labels)
+        tile = Tile(title="", vertices=sample.vertices, faces=sample.faces, labels=labels)
+        gallery(Path(f"{path}.png"), [tile], best.classes, columns=1, title=sample.id.split("/")[-1])
+        counts = np.bincount(labels, minlength=len(best.classes))
+        found = ", ".join(f"{name} {count}" for name, count in zip(best.classes, counts, strict=True) if count)
+        yield f"{sample.source}: faces of {found} -> {path}.ply, .png, .seg"
+
+
+def write_ply(path: Path, sample: Sample, labels: Int[np.ndarray, " F"]) -> None:
+    """The mesh where its file had it, triangles coloured by class, with the class as the property `label`."""
+    points = np.empty(len(sample.vertices), dtype=[(axis, "<f8") for axis in "xyz"])
+    for column, axis in enumerate("xyz"):
+        points[axis] = sample.original_vertices[:, column]
+    colours = ("red", "green", "blue")
+    corner_list = ("vertex_indices", "<i4", (3,))
+    faces = np.empty(len(sample.faces), dtype=[corner_list, *((name, "u1") for name in colours), ("label", "<i2")])
+    faces["vertex_indices"], faces["label"] = sample.faces, labels
+    for column, name in enumerate(colours):
+        faces[name] = colours_of(labels)[:, column]
+    elements = [PlyElement.describe(points, "vertex"), PlyElement.describe(faces, "face")]
+    PlyData(elements, text=False, byte_order="<").write(str(path))
+
+
+def write_labels(path: Path, sample: Sample, labels: Int[np.ndarray, " F"]) -> None:
+    """One class index a line for every polygon of the mesh file, in its order: the commonest of its triangles, the
+    lowest of equals."""
+    votes = np.zeros((int(sample.face_source.max()) + 1, int(labels.max()) + 1), dtype=np.int64)
+    np.add.at(votes, (sample.face_source, labels), 1)
+    publish(path, "".join(f"{label}\n" for label in votes.argmax(axis=1)).encode())

@@ -1,0 +1,132 @@
+"""The pointwise residual network of "A Task-driven Network for Mesh Classification and Semantic Part Segmentation".
+
+Shapes: V vertices of all meshes of a batch, F their faces, B meshes, C channels, K classes, L residual blocks.
+No layer looks at another vertex: meshes of any size, connectivity or number are packed into one (V, C) array.
+"""
+
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor, nn
+from torch.nn import functional
+
+STAGES = (3, 4, 6, 3)
+"""Residual blocks of the four encoder stages; the decoder has as many in its four."""
+BLOCKS = 2 * sum(STAGES)
+ROWS = 256
+"""Rows are padded to a multiple of this: the processor's matrix library prepares itself anew for every new number."""
+
+
+class Block(nn.Module):
+    """x + gamma * expand(bottleneck(x)), then ReLU. `scale_V1` is the drop-path factor of each vertex's mesh."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        inner = width // 4
+        self.bottleneck = nn.Sequential(
+            nn.Linear(width, inner),
+            nn.LayerNorm(inner, eps=1e-6),
+            nn.ReLU(),
+            nn.Linear(inner, inner),
+            nn.LayerNorm(inner, eps=1e-6),
+            nn.ReLU(),
+        )
+        self.expand = nn.Linear(inner, width)
+        self.gamma = nn.Parameter(torch.full((width,), 1e-6))
+
+    def forward(self, x_VC: Float[Tensor, "V C"], scale_V1: Float[Tensor, "V 1"] | None) -> Float[Tensor, "V C"]:
+        """The residual step; no factor means that no path is dropped."""
+        # gamma * (W h + b) with gamma inside the product: the same numbers, without a pass over V x C values
+        weight, bias = self.gamma[:, None] * self.expand.weight, self.gamma * self.expand.bias
+        branch_VC = functional.linear(self.bottleneck(x_VC), weight, bias)
+        return functional.relu(x_VC + (branch_VC if scale_V1 is None else scale_V1.to(branch_VC.dtype) * branch_VC))
+
+
+class Stage(nn.Module):
+    """Blocks of one width, one after the other."""
+
+    def __init__(self, width: int, depth: int) -> None:
+        super().__init__()
+        self.blocks = nn.ModuleList(Block(width) for _ in range(depth))
+
+    def forward(self, x_VC: Float[Tensor, "V C"], scale_VL: Float[Tensor, "V L"] | None) -> Float[Tensor, "V C"]:
+        """`scale_VL` holds a column for each of the stage's blocks."""
+        for number, block in enumerate(self.blocks):
+            x_VC = block(x_VC, None if scale_VL is None else scale_VL[:, number : number + 1])
+        return x_VC
+
+
+def stem(inputs: int, outputs: int) -> nn.Sequential:
+    """Linear, LayerNorm."""
+    return nn.Sequential(nn.Linear(inputs, outputs), nn.LayerNorm(outputs, eps=1e-6))
+
+
+def tail(inputs: int, outputs: int) -> nn.Sequential:
+    """LayerNorm, Linear."""
+    return nn.Sequential(nn.LayerNorm(inputs, eps=1e-6), nn.Linear(inputs, outputs))
+
+
+class TaskDrivenNet(nn.Module):
+    """Vertex features (V, in_features) to vertex logits (V, classes).
+
+    An encoder of four stages and a decoder that takes the encoder's outputs again, U-Net fashion. Faces and meshes
+    take the means of their vertices' logits: see `pool_faces` and `pool_meshes`. 4,101,672 parameters for 25
+    features and 8 classes.
+    """
+
+    def __init__(self, in_features: int, classes: int) -> None:
+        super().__init__()
+        self.stem1, self.stem2 = stem(in_features, 256), stem(256, 512)
+        self.encoder = nn.ModuleList(Stage(w, d) for w, d in zip((256, 256, 256, 512), STAGES, strict=True))
+        self.decoder = nn.ModuleList(Stage(512, depth) for depth in STAGES)
+        self.tails = nn.ModuleList([tail(512, 256), tail(512, 256), tail(512, 256), tail(512, 128)])
+        self.skips = nn.ModuleList([tail(256, 128), tail(256, 128), tail(256, 128)])
+        self.last = tail(512, 128)
+        self.head = nn.Sequential(nn.LayerNorm(128, eps=1e-6), nn.Linear(128, 32), nn.GELU(), nn.Linear(32, classes))
+        for module in self.modules():
+            if isinstance(module, nn.Linear):
+                nn.init.trunc_normal_(module.weight, std=0.02)
+                nn.init.zeros_(module.bias)
+
+    def forward(
+        self, features_VC: Float[Tensor, "V C"], drop_VL: Float[Tensor, "V L"] | None = None
+    ) -> Float[Tensor, "V K"]:
+        """Vertex logits. `drop_VL`: drop-path factors, encoder blocks first (see `drop_path_factors`); None in
+        evaluation."""
+        vertices = len(features_VC)
+        padding = (0, 0, 0, -vertices % ROWS)
+        features_VC = functional.pad(features_VC, padding)
+        drop_VL = None if drop_VL is None else functional.pad(drop_VL, padding)
+        parts = [None] * 8 if drop_VL is None else list(drop_VL.split((*STAGES, *STAGES), dim=1))
+        e1 = self.encoder[0](self.stem1(features_VC), parts[0])
+        e2 = self.encoder[1](e1, parts[1])
+        e3 = self.encoder[2](e2, parts[2])
+        e4 = self.encoder[3](self.stem2(e3), parts[3])
+        d0 = self.tails[0](e4)
+        d1 = self.tails[1](self.decoder[0](torch.cat([e3, d0], 1), parts[4]))
+        d2 = self.tails[2](self.decoder[1](torch.cat([e2, d1], 1), parts[5]))
+        d3 = self.tails[3](self.decoder[2](torch.cat([e1, d2], 1), parts[6]))
+        all_scales = torch.cat([d3, self.skips[0](d2), self.skips[1](d1), self.skips[2](d0)], 1)
+        logits: Tensor = self.head(self.last(self.decoder[3](all_scales, parts[7])))
+        return logits[:vertices]
+
+
+def drop_path_rates(rate: float) -> Float[Tensor, " L"]:
+    """Probability of dropping each block: from 0 to `rate` over the encoder, and again over the decoder."""
+    return torch.linspace(0, rate, BLOCKS // 2).repeat(2)
+
+
+def drop_path_factors(uniform_BL: Float[Tensor, "B L"], rate: float) -> Float[Tensor, "B L"]:
+    """Factors of the residual branches: 0 where dropped, else 1 / (1 - p). One draw for each mesh and block."""
+    rates_L = drop_path_rates(rate)
+    return (uniform_BL >= rates_L) / (1 - rates_L)
+
+
+def pool_faces(logits_VK: Float[Tensor, "V K"], faces_F3: Int[Tensor, "F 3"]) -> Float[Tensor, "F K"]:
+    """A face's logits are the mean of its three vertices'."""
+    return logits_VK.index_select(0, faces_F3.flatten()).view(len(faces_F3), 3, -1).mean(1)
+
+
+def pool_meshes(logits_VK: Float[Tensor, "V K"], mesh_V: Int[Tensor, " V"], meshes: int) -> Float[Tensor, "B K"]:
+    """A mesh's logits are the mean of its vertices'. Every mesh has a vertex."""
+    total = logits_VK.new_zeros(meshes, logits_VK.shape[1]).index_add(0, mesh_V, logits_VK)
+    return total / torch.bincount(mesh_V, minlength=meshes)[:, None]

@@ -1,0 +1,98 @@
+"""What a finished run leaves for people: results.json, results.md and pictures."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from meshshard import Dataset
+from meshshard_train import checkpoint
+from meshshard_train.config import TrainConfig
+from meshshard_train.evaluate import evaluate
+from meshshard_train.loop import BEST
+from meshshard_train.model import TaskDrivenNet
+from meshshard_train.pictures import Tile, curves, gallery
+from meshshard_train.predict import predictions
+
+RESULTS = "results.json"
+FIGURES = ("accuracy", "area_accuracy", "mean_iou")
+
+
+def write_results(
+    dataset: Dataset, run: Path, history: Sequence[dict[str, Any]], device: torch.device
+) -> tuple[dict[str, Any], list[Path]]:
+    """Evaluate the best epoch on validation, then once on test; write the table and the pictures, and name them.
+
+    Epoch and voting rounds are chosen on validation. Splits that are not there have no row.
+    """
+    best = checkpoint.load(run / BEST)
+    network = best.network().to(device)
+    on_val = evaluate(network, dataset, dataset.splits["val"], best.config, device)
+    rounds = on_val.best_rounds()
+    rows = {"val": on_val.row(rounds)}
+    if dataset.splits.get("test"):
+        rows["test"] = evaluate(network, dataset, dataset.splits["test"], best.config, device, (rounds,)).row(rounds)
+    results = {
+        "dataset": dataset.name,
+        "task": best.config.task,
+        "recipe": best.config.recipe,
+        "feature_recipe": best.recipe.name,
+        "protocol": "epoch and voting rounds chosen on validation",
+        "epoch": best.state["epoch"],
+        "epochs": len(history),
+        "voting_rounds": rounds,
+        "seed": best.config.seed,
+        "splits_sha256": best.splits_sha256,
+        "seconds": round(sum(row["seconds"] for row in history), 1),
+        "rows": rows,
+    }
+    (run / RESULTS).write_text(json.dumps(results, indent=1) + "\n")
+    (run / "results.md").write_text(_markdown(results))
+    pictures = [run / "curves.png"]
+    curves(pictures[0], history, title=f"{dataset.name}, recipe {best.config.recipe}")
+    if best.config.task == "segmentation":
+        for split in rows:
+            pictures.append(run / f"{split}.png")
+            _draw_split(network, dataset, split, best.config, device, pictures[-1])
+    return results, pictures
+
+
+def table_rows(results: dict[str, Any]) -> list[list[str]]:
+    """Head and rows of the results table, in per cent."""
+    voted = [f"voted_{name}" for name in FIGURES] if results["task"] == "segmentation" else []
+    names = [*FIGURES, *voted] if voted else ["accuracy"]
+    head = ["split", *(name.replace("_", " ") for name in names)]
+    return [head, *([split, *(f"{100 * row[name]:.2f}" for name in names)] for split, row in results["rows"].items())]
+
+
+def _markdown(results: dict[str, Any]) -> str:
+    head, *rows = table_rows(results)
+    lines = [head, ["---"] * len(head), *rows]
+    about = (
+        f"{results['dataset']}, recipe {results['recipe']}, seed {results['seed']}: epoch {results['epoch']} of "
+        f"{results['epochs']}, {results['voting_rounds']} rounds of voting; {results['protocol']}. Per cent."
+    )
+    return about + "\n\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def _draw_split(
+    network: TaskDrivenNet, dataset: Dataset, split: str, config: TrainConfig, device: torch.device, path: Path
+) -> None:
+    """Labels above, predictions below, of up to six meshes spread over the split."""
+    numbers = dataset.splits[split]
+    shown = numbers[:: -(-len(numbers) // 6)]
+    tiles: list[list[Tile]] = [[], []]
+    for number, labels, _ in predictions(network, dataset, shown, config, device):
+        sample = dataset[number]
+        assert sample.face_labels is not None
+        right = (labels == sample.face_labels)[sample.face_labels >= 0].mean()
+        name = sample.id.split("/")[-1]
+        for row, values, title in (
+            (0, sample.face_labels, name[:24]),
+            (1, labels, f"predicted, {100 * right:.1f} % right"),
+        ):
+            tiles[row].append(Tile(title=title, vertices=sample.vertices, faces=sample.faces, labels=values))
+    title = f"{dataset.name}, {split}: labels above, predictions (raw) below"
+    gallery(path, [*tiles[0], *tiles[1]], dataset.classes, columns=len(shown), title=title)

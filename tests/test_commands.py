@@ -1,0 +1,197 @@
+"""The programs as people call them."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from plyfile import PlyData
+from samples import toy_dataset
+from shapes import bumpy, sphere, write_labels, write_obj
+
+
+def meshshard(*arguments, cwd=None):
+    """Exit status, standard output and standard error of one call, on one thread."""
+    words = [sys.executable, "-m", "meshshard", *map(str, arguments)]
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    done = subprocess.run(words, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory):
+    """A folder with a small labelled data set, its features, and a run."""
+    root = tmp_path_factory.mktemp("world")
+    for number in range(12):
+        vertices, faces = bumpy(number, 1 + number % 2)
+        path = root / "raw" / ("test" if number > 8 else "train") / f"m{number}.obj"
+        write_obj(path, vertices, faces)
+        write_labels(path.with_suffix(".seg"), (vertices[faces].mean(axis=1)[:, 1] > 0).astype(int))
+    status, out, error = meshshard("features", "raw", "--out", "shards", "--val-fraction", 0.3, cwd=root)
+    assert (status, error) == (0, "")
+    assert out.startswith("raw: 12 stored (12 new), 0 refused, 0 failed")
+    settings = ("--epochs", 3, "--batch-vertices", 128, "--rotation-axes", "none", "--precision", "fp32")
+    status, out, error = meshshard("train", "shards", "--run", "run", *settings, cwd=root)
+    assert status == 0, error
+    assert "run/val.png" in out
+    return root
+
+
+def test_help_names_every_verb():
+    status, out, _ = meshshard("--help")
+    assert status == 0
+    for verb in ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict"):
+        assert f" {verb} " in out
+
+
+@pytest.mark.parametrize("verb", ["info", "train", "features", "predict"])
+def test_help_does_not_import_what_is_heavy(verb):
+    code = (
+        "import sys; sys.argv = ['meshshard', sys.argv[1], '--help']\n"
+        "from meshshard.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "heavy = {'torch', 'igl', 'scipy', 'skimage', 'joblib', 'matplotlib'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code, verb], check=True, capture_output=True)
+
+
+def test_info_imports_neither_half(tmp_path):
+    toy_dataset(tmp_path)
+    code = (
+        "import sys; sys.argv = ['meshshard', 'info', sys.argv[1]]\n"
+        "from meshshard.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: pass\n"
+        "heavy = {'torch', 'igl', 'scipy', 'meshshard_prep', 'meshshard_train'} & set(sys.modules)\n"
+        "assert not heavy, heavy"
+    )
+    subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=True, capture_output=True)
+
+
+def test_status_info_verify(world):
+    status, out, _ = meshshard("status", "shards", "--json", cwd=world)
+    found = json.loads(out)
+    assert (status, found["stored"], found["refused"], found["failed"]) == (0, 12, 0, 0)
+    status, out, _ = meshshard("info", "shards", "--json", cwd=world)
+    card = json.loads(out)
+    assert {name: row["meshes"] for name, row in card["splits"].items()} == {"test": 3, "train": 6, "val": 3}
+    assert sum(card["splits"]["train"]["class_shares"]) == pytest.approx(1)
+    assert card["diagnostics"]["components"] == 12
+    assert 0 < card["hks_error_bound"] < 1e-5
+    assert meshshard("verify", "shards", "--full", cwd=world)[:2] == (0, "shards: whole\n")
+    assert json.loads(meshshard("verify", "shards", "--json", cwd=world)[1])["ok"] is True
+    assert "stored    12" in meshshard("status", "shards", cwd=world)[1]
+    assert "train" in meshshard("info", "shards", cwd=world)[1]
+
+
+def test_evaluate_says_what_training_said(world):
+    status, out, error = meshshard("evaluate", "run", "--split", "test", "--json", cwd=world)
+    assert status == 0, error
+    found, told = json.loads(out), json.loads((world / "run" / "results.json").read_text())
+    assert found["rows"]["test"] == pytest.approx(told["rows"]["test"])
+    assert set(found["class_iou"]) == {"0", "1"}
+    assert "test" in meshshard("evaluate", "run", cwd=world)[1]
+    status, _, error = meshshard("evaluate", "run", "--split", "tset", cwd=world)
+    assert status == 2
+    assert "there are test, train, val" in " ".join(error.split())
+
+
+def test_training_again_does_nothing_and_other_settings_are_refused(world):
+    settings = ("--batch-vertices", 128, "--rotation-axes", "none", "--precision", "fp32")
+    start = time.perf_counter()
+    status, _, error = meshshard("train", "shards", "--run", "run", "--epochs", 3, *settings, cwd=world)
+    assert (status, "epoch 2" in error) == (0, False), time.perf_counter() - start
+    status, _, error = meshshard("train", "shards", "--run", "run", "--epochs", 4, *settings, cwd=world)
+    assert status == 2
+    assert "epochs: 3 against 4" in " ".join(error.split())
+
+
+def test_predict_labels_a_mesh_that_was_never_in_a_data_set(world):
+    vertices, _ = sphere(1)
+    quads = "f 1 3 5 4\nf 1 5 3\nf 2 3 5\n"  # a polygon among triangles
+    lines = "".join(f"v {x} {y} {z}\n" for x, y, z in (50 * vertices + 7).tolist())
+    (world / "new.obj").write_text(lines + quads)
+    status, out, error = meshshard("predict", "run", "new.obj", "--out", "labelled", cwd=world)
+    assert status == 0, error
+    assert "new.obj: faces of" in out
+    ply = PlyData.read(world / "labelled" / "new.ply")
+    np.testing.assert_allclose(ply["vertex"]["x"], 50 * vertices[:, 0] + 7, atol=1e-3)
+    assert len(ply["face"].data) == 4
+    assert len((world / "labelled" / "new.seg").read_text().splitlines()) == 3
+    assert (world / "labelled" / "new.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_predict_of_a_bad_file_says_why(world):
+    (world / "bad.obj").write_text("v 0 0 0\n")
+    status, _, error = meshshard("predict", "run", "bad.obj", cwd=world)
+    assert status == 2
+    assert "no-faces" in error
+    status, _, error = meshshard("predict", "nowhere", "bad.obj", cwd=world)
+    assert status == 2
+    assert "train first" in error
+
+
+def test_a_refused_mesh_shows_in_the_exit_status(tmp_path):
+    write_obj(tmp_path / "raw" / "good.obj", *sphere(1))
+    (tmp_path / "raw" / "bad.obj").write_text("v 0 0 x\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    status, out, _ = meshshard("features", "raw", "--out", "shards", "--jobs", 1, cwd=tmp_path)
+    assert status == 1
+    assert "refused  bad.obj:1: " in out
+    assert "1 stored (1 new), 1 refused, 0 failed" in out
+    assert "bad-number" in meshshard("status", "shards", cwd=tmp_path)[1]
+    (tmp_path / "shards" / "index.json").write_text("{}")
+    assert meshshard("verify", "shards", cwd=tmp_path)[0] == 1
+
+
+def test_unlabelled_data_cannot_be_trained_on(tmp_path):
+    write_obj(tmp_path / "raw" / "a.obj", *sphere(1))
+    assert meshshard("features", "raw", cwd=tmp_path)[0] == 0  # data/features/raw/paper
+    status, _, error = meshshard("train", "raw", cwd=tmp_path)
+    assert status == 2
+    assert "has no labels, and training needs them" in " ".join(error.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("features", "nothing"), "is no known data set"),
+        (("features", "human_seg"), "make features DATASET=human_seg RAW=<folder>"),
+        (("features", "minicoseg", "--recipe", "x"), "no recipe is called 'x'"),
+        (("features", "minicoseg", "--val-fraction", "1"), "--val-fraction is at least 0 and below 1"),
+        (("info", "nothing"), "compute them with: meshshard features nothing"),
+        (("train", "nothing"), "compute them with: meshshard features nothing"),
+    ],
+)
+def test_mistakes_say_what_to_type(tmp_path, words, message):
+    status, out, error = meshshard(*words, cwd=tmp_path)
+    assert (status, out) == (2, "")
+    assert message in " ".join(error.split())
+
+
+def test_bad_options_of_training(world):
+    for words, message in (
+        (("--recipe", "x"), "there are paper"),
+        (("--device", "tpu"), "--device is auto, cpu or cuda"),
+        (("--features", "colour"), "training setting features cannot be ('colour',)"),
+    ):
+        status, _, error = meshshard("train", "shards", *words, cwd=world)
+        assert status == 2
+        assert message in " ".join(error.split())
+
+
+def test_a_missing_extra_says_what_to_install(tmp_path):
+    toy_dataset(tmp_path)
+    code = (
+        "import sys; sys.argv = ['meshshard', 'train', sys.argv[1]]\n"
+        "sys.modules['torch'] = None\n"
+        "from meshshard.cli import main\n"
+        "main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "this command needs torch, which comes with: pip install 'meshshard[train]'" in done.stderr

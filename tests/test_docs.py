@@ -1,0 +1,132 @@
+"""What the documents promise is so."""
+
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import h5py
+import pytest
+import typer
+from samples import toy_dataset
+from shapes import box, write_labels, write_obj
+
+from meshshard.cli import VERBS
+from meshshard.errors import REFUSALS
+from meshshard.schema import ATTRIBUTES, FIELDS
+from meshshard_prep.datasets import ADAPTERS, read_dataset
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+
+
+def table(text):
+    """First cell -> other cells, of every row of the document's tables whose first cell is code."""
+    rows = re.findall(r"^\| `([^`]+)` \|(.*)\|$", text, flags=re.M)
+    return {name: [cell.strip() for cell in rest.split("|")] for name, rest in rows}
+
+
+def blocks(path, language):
+    return re.findall(rf"```{language}\n(.*?)```", path.read_text(), flags=re.S)
+
+
+def test_format_document_is_the_schema():
+    rows = table((DOCS / "format.md").read_text())
+    for field in FIELDS:
+        there = "MUST" if field.required else "MAY"
+        axes = ", ".join(map(str, field.axes))
+        assert rows.pop(field.name) == [axes, field.dtype, field.unit, there, field.meaning]
+    for name, meaning in ATTRIBUTES.items():
+        assert rows.pop(name) == [meaning]
+    assert not [name for name in rows if "," not in name and len(rows[name]) > 1]
+
+
+def test_format_document_names_every_key_of_the_index(tmp_path):
+    text = (DOCS / "format.md").read_text().split("## index.json")[1]
+    for key in json.loads((toy_dataset(tmp_path) / "index.json").read_text()):
+        assert f"`{key}`" in text
+
+
+def test_reading_block_of_the_format_document(tmp_path, monkeypatch, capsys):
+    toy_dataset(tmp_path)
+    (tmp_path / "shard-0.h5").rename(tmp_path / "shard.h5")
+    monkeypatch.chdir(tmp_path)
+    (block,) = blocks(DOCS / "format.md", "python")
+    exec(compile(block, "format.md", "exec"), {"h5py": h5py})
+    assert capsys.readouterr().out == "mesh000 (6, 3) (6, 16) (8, 3)\n"
+
+
+def test_refusals_document_is_the_table_of_codes():
+    assert table((DOCS / "refusals.md").read_text()) == {code: [meaning] for code, meaning in REFUSALS.items()}
+
+
+def test_every_refusal_code_is_raised_somewhere():
+    sources = "".join(path.read_text() for path in (ROOT / "preprocess").rglob("*.py"))
+    assert [code for code in REFUSALS if f'"{code}"' not in sources] == []
+
+
+def commands():
+    for entry in entry_points(group="meshshard.commands"):
+        app = typer.Typer()
+        app.command(entry.name)(entry.load())
+        yield entry.name, typer.main.get_command(app)
+
+
+def test_every_command_and_option_is_documented_and_nothing_else():
+    sections = dict(
+        re.findall(r"^## meshshard (\w+)[^\n]*\n(.*?)(?=^## |\Z)", (DOCS / "cli.md").read_text(), flags=re.M | re.S)
+    )
+    found = dict(commands())
+    assert set(sections) == set(found) == set(VERBS)
+    for name, command in found.items():
+        options = {option for p in command.params for option in p.opts if option.startswith("--")} - {"--help"}
+        options -= {"--install-completion", "--show-completion"}
+        assert set(re.findall(r"--[a-z][a-z-]+", sections[name])) == options, name
+
+
+def test_every_command_has_an_example_and_every_option_a_help():
+    for name, command in commands():
+        assert f"meshshard {name}" in command.help
+        assert "Example" in command.help
+        for parameter in command.params:
+            assert parameter.help, (name, parameter.name)
+
+
+def test_every_data_set_is_documented():
+    text = (DOCS / "datasets.md").read_text()
+    assert [name for name in ADAPTERS if f"`{name}`" not in text] == []
+
+
+def test_toml_block_of_the_data_set_document(tmp_path):
+    (block,) = blocks(DOCS / "datasets.md", "toml")
+    assert tomllib.loads(block)
+    write_obj(tmp_path / "meshes" / "a.obj", *box())
+    write_labels(tmp_path / "meshes" / "a.seg", [3, 7] * 6)
+    (tmp_path / "bones.toml").write_text(block)
+    assert read_dataset(str(tmp_path / "bones.toml")).classes == ("femur", "tibia")
+
+
+def test_readme_python_block():
+    (block,) = blocks(ROOT / "README.md", "python")
+    done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("(4, 16) [1.5707964 1.981")
+
+
+def test_readme_begins_with_the_two_commands():
+    (first, *_) = blocks(ROOT / "README.md", "")
+    assert [line.split("  ")[0] for line in first.splitlines()] == ["make train", "make test"]
+
+
+def test_links_between_documents_lead_somewhere():
+    for path in [ROOT / "README.md", *DOCS.rglob("*.md")]:
+        for target in re.findall(r"\]\((?!https?://)([^)#]+)\)", path.read_text()):
+            assert (path.parent / target).exists(), f"{path.name} -> {target}"
+
+
+@pytest.mark.parametrize("target", ["features", "train", "test", "check"])
+def test_make_alone_prints_its_targets(target):
+    done = subprocess.run(["make"], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert f"  {target}" in done.stdout

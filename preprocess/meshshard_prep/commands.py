@@ -77,16 +77,19 @@ def features(
     settings = find_recipe(recipe)
     raw_dataset = read_dataset(dataset, raw, lambda text: typer.echo(text, err=True))
     folder = out or FEATURES / raw_dataset.name / settings.name
-    with _progress(raw_dataset.name) as tell:
-        report = run(
-            raw_dataset,
-            folder,
-            settings,
-            jobs=jobs,
-            val_fraction=val_fraction,
-            split_seed=split_seed,
-            progress=tell,
-        )
+    try:
+        with _progress(raw_dataset.name) as tell:
+            report = run(
+                raw_dataset,
+                folder,
+                settings,
+                jobs=jobs,
+                val_fraction=val_fraction,
+                split_seed=split_seed,
+                progress=tell,
+            )
+    except KeyboardInterrupt:
+        raise UsageError("stopped; what is done is kept: the same command goes on from there") from None
     _print_report(report, folder)
     raise typer.Exit(0 if report.ok else 1)
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Float, Integer
+from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import connected_components
 from threadpoolctl import threadpool_limits
 
@@ -26,17 +26,20 @@ ALGORITHM_VERSION = 1
 """Raised whenever the same mesh and recipe give other numbers; stored samples of an older one are stale."""
 
 
-def compute_features(
-    vertices: Float[np.ndarray, "V 3"], faces: Integer[np.ndarray, "F 3"], recipe: str | Recipe = "paper"
-) -> Sample:
-    """All features of a triangle mesh given as arrays. V vertices, F triangles (0-based indices).
+def compute_features(vertices: ArrayLike, faces: ArrayLike, recipe: str | Recipe = "paper") -> Sample:
+    """All features of a triangle mesh: vertices (V,3), faces (F,3) with 0-based indices.
 
     `recipe` is "paper", "official" or a Recipe. The sample's `hks` is (V, T), unscaled: scaling belongs to training.
     Any triangle mesh is welcome: open, non-manifold, in pieces. InvalidMesh (with a `code`) for what has no
-    features: no faces, indices outside, NaN or infinite coordinates, no extent.
+    features: no faces, indices outside, NaN or infinite coordinates, no extent. ValueError for arrays of another shape,
+    or faces that are no integers.
     """
-    points = np.array(vertices, dtype=np.float64)
-    triangles = np.array(faces, dtype=np.int64)
+    points, triangles = np.array(vertices, dtype=np.float64), np.array(faces)
+    if points.ndim != 2 or points.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
+        raise ValueError(f"vertices are (V, 3) and faces (F, 3), not {points.shape} and {triangles.shape}")
+    if triangles.dtype.kind not in "iu":
+        raise ValueError(f"faces are integers, not {triangles.dtype}")
+    triangles = triangles.astype(np.int64)
     mesh = RawMesh(vertices=points, faces=triangles, face_source=np.arange(len(triangles)), polygons=len(triangles))
     return features_of(mesh, find_recipe(recipe) if isinstance(recipe, str) else recipe)
 

@@ -136,6 +136,19 @@ def test_refusals_keep_their_code_and_say_where():
         compute_features(line, np.array([[0, 1, 2], [0, 2, 3]]), "official")
 
 
+@pytest.mark.parametrize(
+    ("vertices", "faces", "message"),
+    [
+        (np.zeros((4, 2)), [[0, 1, 2]], r"vertices are \(V, 3\) and faces \(F, 3\), not \(4, 2\) and \(1, 3\)"),
+        (np.zeros((4, 3)), [[0, 1, 2, 3]], r"not \(4, 3\) and \(1, 4\)"),
+        (np.zeros((4, 3)), [[0.0, 1.0, 2.0]], "faces are integers, not float64"),
+    ],
+)
+def test_arrays_of_another_kind_are_refused(vertices, faces, message):
+    with pytest.raises(ValueError, match=message):
+        compute_features(vertices, faces)
+
+
 def test_own_recipe():
     sample = compute_features(*sphere(1), Recipe(name="mine", times=(0.5, 2.0)))
     assert sample.hks.shape == (18, 2)

@@ -71,8 +71,11 @@ def train(
     config = RECIPES[recipe](dataset.task, seed=seed, **{k: v for k, v in chosen.items() if v is not None})
     place = run or RUNS / dataset.name
     where = choose_device(device)
-    with _progress(config.epochs, len(dataset.splits.get("train", ()))) as tell:
-        history = run_training(dataset, config, place, where, tell)
+    try:
+        with _progress(config.epochs, len(dataset.splits.get("train", ()))) as tell:
+            history = run_training(dataset, config, place, where, tell)
+    except KeyboardInterrupt:
+        raise UsageError("stopped; the same command goes on after the last whole epoch") from None
     results, pictures = write_results(dataset, place, history, where)
     _print_results(results)
     for path in (*pictures, place / "results.json"):

@@ -9,7 +9,7 @@ from meshshard_prep.minicoseg.layout import SPLITS, split_and_defect
 from meshshard_prep.minicoseg.make import make_mesh
 
 
-def generate(folder: Path, *, seed: int = 0, per_family: int = 30) -> int:
+def generate(folder: Path, *, seed: int = 0, per_family: int = 45) -> int:
     """Write `folder/{train,val,test}/<family>_<nnn>.obj`, `folder/seg/<family>_<nnn>.seg` and `folder/README.txt`.
 
     A .seg file has one line per face, in the order of the .obj: an index into CLASSES. README.txt comes last: where

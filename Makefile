@@ -25,15 +25,15 @@ $(READY): pyproject.toml constraints.txt
 setup: $(READY) ## Create .venv and install everything into it
 
 features: $(READY) ## Compute the features of DATASET into data/features
-	$(BIN)/meshshard features $(DATASET) $(if $(RAW),--raw $(RAW)) --jobs $(JOBS) $(ARGS)
+	$(BIN)/meshshard features $(DATASET) $(if $(RAW),--raw "$(RAW)") --jobs $(JOBS) $(ARGS)
 
 # minicoseg makes its own raw files; other data sets are prepared here when RAW says where theirs are
 train: $(READY) ## Train on DATASET and show its results
-	@$(if $(filter minicoseg,$(DATASET))$(RAW),$(BIN)/meshshard features $(DATASET) $(if $(RAW),--raw $(RAW)) --jobs $(JOBS))
+	@$(if $(filter minicoseg,$(DATASET))$(RAW),$(BIN)/meshshard features $(DATASET) $(if $(RAW),--raw "$(RAW)") --jobs $(JOBS))
 	$(BIN)/meshshard train $(DATASET) $(if $(EPOCHS),--epochs $(EPOCHS)) $(ARGS)
 
 test: $(READY) ## Run the tests
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest --numprocesses auto $(ARGS)
 
 lint: $(READY) ## Style: ruff, which changes nothing
 	$(BIN)/ruff check .

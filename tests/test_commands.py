@@ -128,9 +128,13 @@ def test_predict_labels_a_mesh_that_was_never_in_a_data_set(world):
 
 def test_predict_of_a_bad_file_says_why(world):
     (world / "bad.obj").write_text("v 0 0 0\n")
-    status, _, error = meshshard("predict", "run", "bad.obj", cwd=world)
-    assert status == 2
+    status, out, error = meshshard("predict", "run", "bad.obj", cwd=world)
+    assert (status, out) == (1, "")
+    assert "refused  bad.obj: " in error
     assert "no-faces" in error
+    status, _, error = meshshard("predict", "run", "raw/train/m0.obj", "raw/train/m0.obj", cwd=world)
+    assert status == 2
+    assert "two meshes called m0" in error
     status, _, error = meshshard("predict", "nowhere", "bad.obj", cwd=world)
     assert status == 2
     assert "train first" in error
@@ -162,6 +166,7 @@ def test_unlabelled_data_cannot_be_trained_on(tmp_path):
         (("features", "nothing"), "is no known data set"),
         (("features", "human_seg"), "make features DATASET=human_seg RAW=<folder>"),
         (("features", "minicoseg", "--recipe", "x"), "no recipe is called 'x'"),
+        (("features", "minicoseg", "--jobs", "0"), "it cannot be 0"),
         (("features", "minicoseg", "--val-fraction", "1"), "--val-fraction is at least 0 and below 1"),
         (("info", "nothing"), "compute them with: meshshard features nothing"),
         (("train", "nothing"), "compute them with: meshshard features nothing"),
@@ -177,7 +182,10 @@ def test_bad_options_of_training(world):
     for words, message in (
         (("--recipe", "x"), "there are paper"),
         (("--device", "tpu"), "--device is auto, cpu or cuda"),
-        (("--features", "colour"), "training setting features cannot be ('colour',)"),
+        (
+            ("--features", "colour"),
+            "dihedral, hks, dihedral_official, not ('colour',)",
+        ),
     ):
         status, _, error = meshshard("train", "shards", *words, cwd=world)
         assert status == 2

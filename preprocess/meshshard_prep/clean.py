@@ -93,6 +93,7 @@ def _validate(vertices: np.ndarray, faces: np.ndarray, place: str) -> None:
             "coordinates are finite",
             f"vertex {bad[0]} is {vertices[bad[0]].tolist()} ({len(bad)} such vertices)",
             place=place,
+            advice="export the mesh again",
         )
 
 

@@ -54,7 +54,8 @@ def features(
     val_fraction: Annotated[
         float, typer.Option(help="Share of train that becomes validation if none is shipped.")
     ] = 0.15,
-    split_seed: Annotated[int, typer.Option(help="Seed of that draw.")] = 0,
+    split_seed: Annotated[int, typer.Option(help="Seed of that draw.", min=0)] = 0,
+    no_labels: Annotated[bool, typer.Option("--no-labels", help="Ignore labels, splits and classes.")] = False,
 ) -> None:
     """Compute the features of a data set's meshes and store them as shards. Run again, it computes what is new.
 
@@ -70,12 +71,17 @@ def features(
     from meshshard.errors import UsageError
     from meshshard.recipe import find_recipe
     from meshshard_prep.datasets import read_dataset
+    from meshshard_prep.datasets.layout import without_labels
     from meshshard_prep.run import run
 
     if not 0 <= val_fraction < 1:
         raise UsageError(f"--val-fraction is at least 0 and below 1, not {val_fraction}")
+    if jobs == 0:
+        raise UsageError("--jobs is the number of workers, or -1 for one a core; it cannot be 0")
     settings = find_recipe(recipe)
     raw_dataset = read_dataset(dataset, raw, lambda text: typer.echo(text, err=True))
+    if no_labels:
+        raw_dataset = without_labels(raw_dataset)
     folder = out or FEATURES / raw_dataset.name / settings.name
     try:
         with _progress(raw_dataset.name) as tell:

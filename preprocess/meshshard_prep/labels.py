@@ -12,6 +12,7 @@ from meshshard.errors import InvalidMesh, UsageError
 from meshshard_prep.features.edges import edges_of
 from meshshard_prep.mesh import RawMesh
 
+UNLABELLED = -1
 PLURAL = {"face": "faces", "edge": "edges", "vertex": "vertices"}
 
 
@@ -27,8 +28,10 @@ class Labels:
 def parse_labels(data: bytes, classes: Mapping[int, int], place: str) -> Int64[np.ndarray, " L"]:
     """Class index of each line; `classes` maps the integers of the file to class indices.
 
-    InvalidMesh: a line that is no integer, or an integer that is no class. Empty lines may only end the file.
+    -1 is unlabelled. InvalidMesh: a line that is no integer, or an integer that is no class. Empty lines may only end
+    the file.
     """
+    classes = {**classes, UNLABELLED: UNLABELLED}
     result = []
     for number, line in enumerate(data.rstrip().splitlines(), start=1):
         try:
@@ -39,6 +42,7 @@ def parse_labels(data: bytes, classes: Mapping[int, int], place: str) -> Int64[n
                 f"each line is one of the integers {', '.join(map(str, sorted(classes)))}",
                 f"this one is {line[:40].decode(errors='replace')!r}",
                 place=f"{place}:{number}",
+                advice="correct the line; -1 says unlabelled",
             ) from None
     return np.array(result, dtype=np.int64)
 
@@ -48,10 +52,14 @@ def labels_of(mesh: RawMesh, lines: Int64[np.ndarray, " L"], domains: tuple[str,
 
     `domains` are those the layout allows, of "face", "edge" and "vertex"; the one with the right count is meant.
     Face labels go to the triangles cut from the face. A triangle takes the label that at least two of its three
-    edges have, -1 where all three differ. InvalidMesh where no count fits, or two do.
+    edges have, -1 where all three differ. Edge labels are for meshes of triangles only. InvalidMesh where no count
+    fits, or two do.
     """
     edges = edges_of(mesh.faces)
     counts = {"face": mesh.polygons, "edge": len(edges.ends), "vertex": len(mesh.vertices)}
+    if mesh.polygons != len(mesh.faces):
+        # an edge label would be held against the diagonals of the triangulation too
+        domains = tuple(domain for domain in domains if domain != "edge") or ("face",)
     fits = [domain for domain in domains if counts[domain] == len(lines)]
     if len(fits) != 1:
         expected = " or ".join(f"{counts[domain]} ({PLURAL[domain]})" for domain in domains)
@@ -62,7 +70,7 @@ def labels_of(mesh: RawMesh, lines: Int64[np.ndarray, " L"], domains: tuple[str,
             place=place,
             advice="say label_domain in the data set's TOML file"
             if fits
-            else "label and mesh file do not belong together",
+            else "pair each mesh with the label file made for it",
         )
     if fits == ["vertex"]:
         return Labels(domain="vertex", vertices=lines.astype(np.int16))
@@ -87,6 +95,7 @@ def class_table(paths: list[Path], names: tuple[str, ...], place: Path) -> tuple
         for line in set(path.read_bytes().split()):
             with contextlib.suppress(ValueError):
                 values.add(int(line))
+    values.discard(UNLABELLED)
     table = {value: number for number, value in enumerate(sorted(values))}
     if names and len(names) != len(table):
         raise UsageError(f"{place}: {len(names)} class names, but the label files hold the integers {sorted(values)}")

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from meshshard.errors import UsageError
 from meshshard.files import publish, sha256_of
 from meshshard.index import INDEX_NAME, Index, Rejection, ShardEntry
 from meshshard.recipe import Recipe
@@ -35,10 +34,7 @@ def publish_dataset(
     failed: list[Rejection],
 ) -> Index:
     """Shards of all `jobs`, whose samples are staged or stored before; then the index; then what it no longer names
-    goes. Killed anywhere, the folder is the old data set or the new one. UsageError where there is no sample."""
-    if not jobs:
-        reasons = "\n".join(f"  {entry.message}" for entry in [*failed, *refused][:5])
-        raise UsageError(f"none of the {len(dataset.entries)} meshes of {dataset.name} can be stored:\n{reasons}")
+    goes. Killed anywhere, the folder is the old data set or the new one."""
     jobs = sorted(jobs, key=lambda job: job.entry.id)
     if _unchanged(dataset, jobs, before) and before.index is not None:
         shards = before.index.shards
@@ -54,7 +50,8 @@ def publish_dataset(
         shards = tuple(
             _write(out, samples, recipe, algorithm_version, dataset.classes) for samples in _portions(jobs, load)
         )
-    splits = assign_splits([job.entry for job in jobs], fraction=val_fraction, seed=split_seed)
+    # drawn over all entries: a mesh that is refused today does not move the others between splits
+    splits = assign_splits(dataset.entries, fraction=val_fraction, seed=split_seed)
     index = Index(
         dataset=dataset.name,
         task=dataset.task,

@@ -31,8 +31,8 @@ def compute_features(vertices: ArrayLike, faces: ArrayLike, recipe: str | Recipe
 
     `recipe` is "paper", "official" or a Recipe. The sample's `hks` is (V, T), unscaled: scaling belongs to training.
     Any triangle mesh is welcome: open, non-manifold, in pieces. InvalidMesh (with a `code`) for what has no
-    features: no faces, indices outside, NaN or infinite coordinates, no extent. ValueError for arrays of another shape,
-    or faces that are no integers.
+    features: no faces, indices outside, NaN or infinite coordinates, no extent. ValueError for arrays of another
+    shape, or faces that are no integers.
     """
     points, triangles = np.array(vertices, dtype=np.float64), np.array(faces)
     if points.ndim != 2 or points.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
@@ -70,6 +70,7 @@ def features_of(
                 mass,
                 np.array(recipe.times),
                 components=components,
+                tolerance=recipe.hks_tolerance,
                 regularisation=recipe.regularisation,
             )
     except InvalidMesh as error:

@@ -12,6 +12,7 @@ from meshshard.index import INDEX_NAME, Index, Rejection, read_index
 from meshshard.reader import Shard
 from meshshard.recipe import Recipe
 from meshshard_prep.datasets.layout import Entry
+from meshshard_prep.formats import read_file
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +39,16 @@ def make_job(entry: Entry, recipe: Recipe, algorithm_version: int) -> Job:
 
     Paths, times, job counts and splits are not part of it. InvalidMesh where a file cannot be read.
     """
+    try:
+        entry.source.encode()
+    except UnicodeEncodeError:
+        raise InvalidMesh(
+            "bad-name",
+            "a file's name is UTF-8",
+            f"this one is {entry.source.encode(errors='surrogateescape')!r}",
+            place=printable(entry.source),
+            advice="rename it",
+        ) from None
     mesh, labels = read_entry(entry)
     parts = (
         f"algorithm {algorithm_version}",
@@ -52,37 +63,33 @@ def make_job(entry: Entry, recipe: Recipe, algorithm_version: int) -> Job:
 
 def read_entry(entry: Entry) -> tuple[bytes, bytes | None]:
     """The bytes of an entry's mesh file and, where it should have one, of its label file."""
-    try:
-        mesh = entry.path.read_bytes()
-    except OSError as error:
-        raise InvalidMesh(
-            "unreadable", "a mesh file can be read", f"the system says: {error.strerror}", place=entry.source
-        ) from error
+    mesh = read_file(entry.path, entry.source)
     if entry.labels is None:
         return mesh, None
-    try:
-        return mesh, entry.labels.read_bytes()
-    except FileNotFoundError:
+    if not entry.labels.exists():
         raise InvalidMesh(
             "no-labels",
             f"its label file is {entry.labels.name}",
             "there is no such file",
             place=entry.source,
             advice=f"put it at {entry.labels.parent.name}/{entry.labels.name}, or take the mesh away",
-        ) from None
-    except OSError as error:
-        raise InvalidMesh(
-            "unreadable", "a label file can be read", f"the system says: {error.strerror}", place=entry.labels.name
-        ) from error
+        )
+    return mesh, read_file(entry.labels, entry.labels.name)
+
+
+def printable(name: str) -> str:
+    """A name as valid UTF-8: bytes that are none are written as \\xNN."""
+    return name.encode(errors="surrogateescape").decode(errors="backslashreplace")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Before:
-    """What a folder holds already. `samples`: key -> shard and row; `refused`: key -> refusal."""
+    """What a folder holds already. `samples`: key -> shard and row; `refused`: (key, id, source) -> refusal, whose
+    message names the file."""
 
     index: Index | None
     samples: dict[str, tuple[Shard, int]]
-    refused: dict[str, Rejection]
+    refused: dict[tuple[str, str, str], Rejection]
 
 
 def stored_before(folder: Path) -> Before:
@@ -100,4 +107,5 @@ def stored_before(folder: Path) -> Before:
         with contextlib.suppress(InvalidShard):
             samples |= {key: (shard, row) for row, key in enumerate(index.keys[start : start + len(shard)])}
         start += entry.meshes
-    return Before(index=index, samples=samples, refused={entry.key: entry for entry in index.refused if entry.key})
+    refused = {(entry.key, entry.id, entry.source): entry for entry in index.refused if entry.key}
+    return Before(index=index, samples=samples, refused=refused)

@@ -1,7 +1,6 @@
 """All meshes of a data set to a folder of shards: plan, map, publish. Read `pipeline.py` for one mesh."""
 
 import contextlib
-import fcntl
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -11,15 +10,15 @@ import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from meshshard.errors import InvalidMesh, UsageError
+from meshshard.files import lock_folder
 from meshshard.index import Index, Rejection
 from meshshard.recipe import Recipe
 from meshshard_prep import staging
 from meshshard_prep.datasets.layout import Entry, RawDataset
 from meshshard_prep.pack import publish_dataset
 from meshshard_prep.pipeline import ALGORITHM_VERSION, compute_sample
-from meshshard_prep.plan import Job, make_job, read_entry, stored_before
+from meshshard_prep.plan import Job, make_job, printable, read_entry, stored_before
 
-LOCK_NAME = ".lock"
 FAILED = "failed"
 """Code of a mesh that broke no rule: the program or its worker did. It is tried again by the next run."""
 
@@ -52,18 +51,17 @@ def run(
 
     `jobs`: joblib's n_jobs, -1 for all cores. `progress(done, total, rejected)` is called after each computed mesh.
     A mesh that breaks a rule, or breaks its worker, is in the report; the rest is stored. UsageError: two entries
-    have one id, no mesh could be stored, or another run holds `out`.
+    have one id, or another run holds `out`.
     """
     start = time.perf_counter()
     _check_ids(dataset)
-    out.mkdir(parents=True, exist_ok=True)
-    with _lock(out):
+    with lock_folder(out):
         staging.prepare(out)
         planned, rejected = _plan(dataset, recipe)
         before = stored_before(out)
         for name, job in planned.items():
-            if job.key in before.refused:
-                rejected[name] = replace(before.refused[job.key], id=name, source=job.entry.source)
+            if refusal := before.refused.get((job.key, name, job.entry.source)):
+                rejected[name] = refusal
         known = set(before.samples) | set(staging.staged(out))
         todo = [job for name, job in planned.items() if name not in rejected and job.key not in known]
         for done, outcome in enumerate(_map(todo, out, recipe, dataset.classes, jobs), start=1):
@@ -97,17 +95,6 @@ def _check_ids(dataset: RawDataset) -> None:
         if entry.id in seen:
             raise UsageError(f"two meshes have the id {entry.id!r}: {seen[entry.id]} and {entry.source}")
         seen[entry.id] = entry.source
-
-
-@contextlib.contextmanager
-def _lock(out: Path) -> Iterator[None]:
-    """One run per folder; the lock is the system's and ends with its holder, however that ends."""
-    with (out / LOCK_NAME).open("a") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise UsageError(f"another run is writing to {out}; wait for it, or choose another --out") from None
-        yield
 
 
 def _plan(dataset: RawDataset, recipe: Recipe) -> tuple[dict[str, Job], dict[str, Rejection]]:
@@ -145,7 +132,7 @@ def _compute(job: Job, out: Path, recipe: Recipe, classes: tuple[str, ...]) -> R
 
 
 def _rejection(entry: Entry, code: str, message: str, key: str) -> Rejection:
-    return Rejection(id=entry.id, source=entry.source, code=code, message=message, key=key)
+    return Rejection(id=printable(entry.id), source=printable(entry.source), code=code, message=message, key=key)
 
 
 def _lost(todo: list[Job], rejected: dict[str, Rejection], out: Path) -> dict[str, Rejection]:

@@ -1,6 +1,10 @@
 """Samples that are computed and not yet packed, as one-mesh shards: a killed run loses only what was in flight."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from meshshard.errors import InvalidShard
 from meshshard.files import TEMPORARY_PREFIX, publish, sha256_of
@@ -24,8 +28,13 @@ def staged(folder: Path) -> dict[str, Path]:
 
 
 def get(path: Path) -> Sample:
-    """A staged sample. InvalidShard: the file was damaged since `prepare` looked."""
-    return Shard(path, sha256=path.name.split(".")[1])[0]
+    """A staged sample, in memory: hundreds are held while a shard is packed, and each map would hold its file open.
+    InvalidShard: the file was damaged since `prepare` looked."""
+    sample = Shard(path, sha256=path.name.split(".")[1])[0]
+    arrays: dict[str, Any] = {
+        name: value.copy() for name, value in vars(sample).items() if isinstance(value, np.ndarray)
+    }
+    return replace(sample, **arrays)
 
 
 def clear(folder: Path) -> None:
@@ -36,12 +45,10 @@ def clear(folder: Path) -> None:
 
 
 def prepare(folder: Path) -> None:
-    """Make the folders of a run; remove temporary files of killed ones, and staged samples that are damaged. The
-    caller holds the folder's lock."""
+    """Make the staging folder; remove from it what killed runs left unfinished, and samples that are damaged."""
     (folder / FOLDER).mkdir(parents=True, exist_ok=True)
-    for place in (folder, folder / FOLDER):
-        for path in place.glob(f"{TEMPORARY_PREFIX}*"):
-            path.unlink()
+    for path in (folder / FOLDER).glob(f"{TEMPORARY_PREFIX}*"):
+        path.unlink()
     for path in staged(folder).values():
         try:
             get(path)

@@ -52,6 +52,9 @@ def main() -> None:
         app()
     except MeshshardError as error:
         _fail(str(error))
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        _fail(f"{where}{error.strerror or error}")
     except ModuleNotFoundError as error:
         module = (error.name or "").split(".")[0]
         extra = next((extra for extra, modules in EXTRAS.items() if module in modules), None)

@@ -1,6 +1,5 @@
 """The verbs that need nothing but the format: info, status, verify."""
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,6 +9,7 @@ from rich.table import Table
 
 from meshshard.errors import UsageError
 from meshshard.index import INDEX_NAME, read_index
+from meshshard.plain import to_json
 
 FEATURES = Path("data/features")
 
@@ -50,7 +50,7 @@ def status(data: Data, as_json: AsJson = False) -> None:
         ],
     }
     if as_json:
-        typer.echo(json.dumps(table, indent=1))
+        typer.echo(to_json(table))
         return
     for name, value in table.items():
         if name != "rejected":
@@ -68,7 +68,7 @@ def info(data: Data, as_json: AsJson = False) -> None:
 
     card = data_card(locate(data))
     if as_json:
-        typer.echo(json.dumps(card, indent=1))
+        typer.echo(to_json(card))
         return
     console = Console()
     console.print(f"[bold]{card['dataset']}[/]  {card['task']}, recipe {card['recipe']['name']}, {card['folder']}")
@@ -97,7 +97,7 @@ def verify(
     folder = locate(data)
     findings = find(folder, full=full)
     if as_json:
-        typer.echo(json.dumps({"folder": str(folder), "ok": not findings, "findings": findings}, indent=1))
+        typer.echo(to_json({"folder": str(folder), "ok": not findings, "findings": findings}))
     else:
         for finding in findings:
             typer.echo(finding)

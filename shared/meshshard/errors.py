@@ -12,7 +12,8 @@ REFUSALS = {
     "index-out-of-range": "A face names a vertex that the file does not have.",
     "truncated": "The file ends before what its header or its last line promises.",
     "extra-data": "The file goes on after everything its header promises.",
-    "unreadable": "The operating system would not let the file be read.",
+    "unreadable": "The operating system would not let the file be read, or it is no regular file.",
+    "bad-name": "The name of the file is not UTF-8.",
     # geometry
     "no-vertices": "The mesh has no vertices.",
     "no-faces": "The mesh has no faces, or none with three different corners.",
@@ -20,7 +21,7 @@ REFUSALS = {
     "no-extent": "All vertices that faces use lie in one point, or so far apart that squares overflow.",
     "too-large": "The mesh is larger than the chosen engine can take.",
     "laplacian-not-finite": "The Laplacian of the recipe has NaN or infinite entries on this mesh.",
-    "bad-spectrum": "The eigenvalues contradict the mesh: negative, or zero modes that differ from its components.",
+    "bad-spectrum": "The eigenvalues that must be 0, one for each component, are not: the HKS would be too inexact.",
     # labels
     "no-labels": "The label file that the layout asks for is not there.",
     "bad-label": "A line of the label file is not an integer, or not one of the data set's classes.",

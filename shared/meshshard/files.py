@@ -1,11 +1,17 @@
 """Files that are old or new, never something between."""
 
 import contextlib
+import fcntl
 import hashlib
 import os
+import secrets
+from collections.abc import Iterator
 from pathlib import Path
 
+from meshshard.errors import UsageError
+
 TEMPORARY_PREFIX = ".tmp-"
+LOCK_NAME = ".lock"
 
 
 def sha256_of(data: bytes) -> str:
@@ -24,7 +30,7 @@ def publish(path: Path, data: bytes) -> None:
 
     OSError (disk full, say) leaves the old file, or none, and no temporary one.
     """
-    temporary = path.with_name(f"{TEMPORARY_PREFIX}{os.getpid()}-{path.name}")
+    temporary = path.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(4)}-{path.name}")
     descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
     try:
         try:
@@ -40,6 +46,21 @@ def publish(path: Path, data: bytes) -> None:
             temporary.unlink()
         raise
     sync_folder(path.parent)
+
+
+@contextlib.contextmanager
+def lock_folder(folder: Path) -> Iterator[None]:
+    """Make a folder, hold it alone, and remove temporary files that killed processes left in it. The lock is the
+    system's: it ends with its holder, however that ends. UsageError where another process holds it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / LOCK_NAME).open("a") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise UsageError(f"another run is writing to {folder}; wait for it, or choose another folder") from None
+        for path in folder.glob(f"{TEMPORARY_PREFIX}*"):
+            path.unlink()
+        yield
 
 
 def sync_folder(folder: Path) -> None:

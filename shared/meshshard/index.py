@@ -12,7 +12,6 @@ from meshshard.recipe import Recipe
 INDEX_NAME = "index.json"
 INDEX_FORMAT = "meshshard-index"
 INDEX_VERSION = 1
-TASKS = ("segmentation", "classification", "unlabelled")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,6 +61,12 @@ class Index:
         """One hash for who is in which split: results with the same hash are comparable."""
         pairs = sorted(zip(self.ids, self.splits, strict=True))
         return sha256_of("".join(f"{name}\t{split}\n" for name, split in pairs).encode())
+
+    @property
+    def content_sha256(self) -> str:
+        """One hash for what every sample was computed from: meshes, labels, recipe, algorithm version."""
+        pairs = sorted(zip(self.ids, self.keys, strict=True))
+        return sha256_of("".join(f"{name}\t{key}\n" for name, key in pairs).encode())
 
     def to_bytes(self) -> bytes:
         """The file, with a sha256 over all of it but that line."""

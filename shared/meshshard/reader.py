@@ -92,12 +92,14 @@ def _open(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     try:
         with h5py.File(path, "r", libver="latest") as file:
             attributes = _attributes(file, path)
+            # one map for all fields: each map holds a file descriptor, of which a process has a thousand
+            mapped = np.memmap(path, dtype=np.uint8, mode="r").view(np.ndarray)
             columns = {}
             for field in FIELDS:
-                column = _column(file, field, path)
+                column = _column(file, field, path, mapped)
                 if column is not None:
                     columns[field.name] = column
-    except (OSError, RuntimeError, KeyError) as error:  # what h5py raises on files that are not whole
+    except (OSError, RuntimeError, KeyError, ValueError) as error:  # what h5py raises on files that are not whole
         raise InvalidShard(f"{path}: this is not a readable HDF5 file: {error}") from error
     _check_shapes(columns, path)
     return attributes, columns
@@ -123,7 +125,7 @@ def _attributes(file: h5py.File, path: Path) -> dict[str, Any]:
     return values
 
 
-def _column(file: h5py.File, field: Field, path: Path) -> np.ndarray | None:
+def _column(file: h5py.File, field: Field, path: Path, mapped: np.ndarray) -> np.ndarray | None:
     """A mapped view of one field, after its storage was checked; None for an optional one that is not there."""
     name = field.name.encode()
     if not file.id.links.exists(name):
@@ -144,13 +146,13 @@ def _column(file: h5py.File, field: Field, path: Path) -> np.ndarray | None:
     if data.size == 0:
         return np.zeros(data.shape, dtype=wanted)
     offset = data.id.get_offset()
-    if offset is None or offset + data.nbytes > path.stat().st_size:
+    if offset is None or offset + data.nbytes > len(mapped):
         raise InvalidShard(f"{path}: {field.name!r} reaches beyond the end of the file")
-    mapped = np.memmap(path, dtype=wanted, mode="r", offset=offset, shape=data.shape)
+    column = mapped[offset : offset + data.nbytes].view(wanted).reshape(data.shape)
     if field.dtype != "str":
-        return mapped.view(np.ndarray)
+        return column
     try:
-        return np.array([text.decode() for text in mapped.tolist()], dtype=str)
+        return np.array([text.decode() for text in column.tolist()], dtype=str)
     except UnicodeDecodeError as error:
         raise InvalidShard(f"{path}: {field.name!r} is not UTF-8: {error}") from error
 

@@ -65,7 +65,9 @@ class Recipe:
             raise UsageError(f"{place}: a recipe needs a name")
         settings: dict[str, Any] = dict(table)
         if "times" in settings:
-            settings["times"] = tuple(float(t) for t in settings["times"])
+            if not isinstance(table["times"], list) or not all(isinstance(t, int | float) for t in table["times"]):
+                raise UsageError(f"{place}: times is a list of numbers, not {table['times']!r}")
+            settings["times"] = tuple(float(t) for t in table["times"])
         for key, value in settings.items():
             default = getattr(cls, key, "")
             wanted: type | tuple[type, ...] = (int, float) if isinstance(default, float) else type(default)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float32, Float64, Int16, Int32
+from jaxtyping import Bool, Float32, Float64, Int16, Int32
 
 DIAGNOSTICS = {
     "unreferenced_vertices": "vertices that no kept face uses; their features are 0",
@@ -61,6 +61,11 @@ class Sample:
     split: str = ""
     group: str = ""
     label_domain: str = ""
+
+    @property
+    def used_vertices(self) -> Bool[np.ndarray, " V"]:
+        """Vertices that have features: those of a face with three different corners."""
+        return self.hks[:, 0] > 0
 
     @property
     def face_areas(self) -> Float32[np.ndarray, " F"]:

@@ -39,7 +39,7 @@ FIELDS = (
         ("V", 3),
         "f4",
         "radius",
-        "positions, (original - centre) / scale: mean 0, maximum radius 1",
+        "positions, (original - centre) / scale: referenced vertices have mean 0, radius 1",
     ),
     Field("vertex_normals", ("V", 3), "f4", "1", "unit normals, angle-weighted; 0 where undefined"),
     Field("dihedral", ("V",), "f4", "radian", "mean turning angle of the interior edges; flat 0, folded shut pi"),
@@ -70,7 +70,13 @@ FIELDS = (
     Field("centre", ("N", 3), "f8", "file unit", "vertex mean that was subtracted"),
     Field("scale", ("N",), "f8", "file unit", "maximum radius that was divided by"),
     Field("spectrum_size", ("N",), "i4", "1", "eigenpairs used for hks"),
-    Field("hks_error_bound", ("N",), "f8", "1", "bound of the relative error of hks against the full spectrum"),
+    Field(
+        "hks_error_bound",
+        ("N",),
+        "f8",
+        "1",
+        "bound of the relative error of hks: of the method, of measured rounding, of storage",
+    ),
     *(Field(name, ("N",), "i4", "1", meaning) for name, meaning in DIAGNOSTICS.items()),
 )
 """Every data set of a shard, in the order in which it is written."""

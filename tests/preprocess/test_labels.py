@@ -21,7 +21,7 @@ def test_lines_become_class_indices():
 
 @pytest.mark.parametrize("content", [b"1\nhead\n", b"1\n9\n", b"1\n1.5\n", b"1\n\n1\n", b"1\n\xff\n"])
 def test_a_line_that_is_no_class_is_refused_with_its_number(content):
-    with pytest.raises(InvalidMesh, match=r"x.seg:2: each line is one of the integers 1, 2, but .*\[bad-label\]"):
+    with pytest.raises(InvalidMesh, match=r"x.seg:2: each line is one of the integers -1, 1, 2, but .*\[bad-label\]"):
         parse_labels(content, {1: 0, 2: 1}, "x.seg")
 
 
@@ -58,8 +58,18 @@ def test_majority_of_three_edges():
     assert majority_of_edges(sides).tolist() == [1, 1, 1, 1, -1]
 
 
+def test_edge_labels_are_for_triangles():
+    quads = raw(np.zeros((5, 3)), np.array([[0, 1, 2], [0, 2, 3], [2, 3, 4]]), [0, 0, 1])
+    with pytest.raises(InvalidMesh, match=r"each of the mesh's 2 \(faces\), but it has 7 lines"):
+        labels_of(quads, np.zeros(7, dtype=int), ("edge",), "")
+
+
+def test_minus_one_is_unlabelled():
+    assert parse_labels(b"-1\n4\n", {4: 0}, "").tolist() == [-1, 0]
+
+
 def test_class_table_from_files(tmp_path):
-    (tmp_path / "a").write_text("3\n1\n")
+    (tmp_path / "a").write_text("3\n1\n-1\n")
     (tmp_path / "b").write_text("7\nnonsense\n")
     assert class_table([tmp_path / "a", tmp_path / "b"], (), tmp_path) == (("1", "3", "7"), {1: 0, 3: 1, 7: 2})
     with pytest.raises(UsageError, match=r"2 class names, but the label files hold the integers \[1, 3, 7\]"):

@@ -1,7 +1,12 @@
 import os
+import resource
 import shutil
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from itertools import count
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +14,7 @@ from shapes import FAMILY, bumpy, sphere, write_labels, write_obj
 
 from meshshard import open_dataset
 from meshshard.errors import UsageError
-from meshshard.files import publish
+from meshshard.files import lock_folder, publish
 from meshshard.index import INDEX_NAME, read_index
 from meshshard.recipe import RECIPES
 from meshshard.verify import verify
@@ -81,7 +86,7 @@ def test_same_bytes_for_one_and_two_workers_and_another_place(raw, tmp_path):
     assert tree(tmp_path / "one") == tree(tmp_path / "two")
 
 
-def test_killed_and_resumed(raw, tmp_path, monkeypatch):
+def test_interrupted_and_resumed(raw, tmp_path, monkeypatch):
     """Interrupted after each number of meshes, a second run computes the rest and leaves the same bytes."""
     go(raw, tmp_path / "whole")
     original = staging.put
@@ -269,16 +274,74 @@ def test_a_dying_worker_loses_no_finished_mesh(raw, tmp_path):
     assert verify(tmp_path / "out", full=True) == []
 
 
-def test_nothing_to_store_is_an_error(tmp_path):
+def test_nothing_to_store_leaves_the_reasons(tmp_path):
     (tmp_path / "raw").mkdir()
     (tmp_path / "raw" / "a.obj").write_text("v 0 0 0\n")
-    with pytest.raises(UsageError, match=r"none of the 1 meshes of raw can be stored:\n  a.obj: .*no-faces"):
+    go(tmp_path / "raw", tmp_path / "out")
+    index = read_index(tmp_path / "out")
+    assert (index.shards, index.ids) == ((), ())
+    assert [(entry.id, entry.code) for entry in index.refused] == [("a", "no-faces")]
+    assert len(open_dataset(tmp_path / "out")) == 0
+    assert verify(tmp_path / "out", full=True) == []
+
+
+def test_a_remembered_refusal_names_its_own_file(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / "raw").mkdir(exist_ok=True)
+        (tmp_path / "raw" / f"{name}.obj").write_text("")
+    for _ in range(2):
+        messages = [entry.message for entry in go(tmp_path / "raw", tmp_path / "out").index.refused]
+        assert [message[:6] for message in messages] == ["a.obj:", "b.obj:"]
+
+
+def test_a_name_that_is_not_utf8_and_a_pipe_cost_one_mesh_each(tmp_path):
+    write_obj(tmp_path / "raw" / "good.obj", *sphere(1))
+    Path(os.fsdecode(os.fsencode(tmp_path / "raw") + b"/caf\xe9.obj")).write_text("v 0 0 0\n")
+    os.mkfifo(tmp_path / "raw" / "pipe.obj")
+    index = go(tmp_path / "raw", tmp_path / "out").index
+    assert index.ids == ("good",)
+    assert {entry.id: entry.code for entry in index.refused} == {"caf\\xe9": "bad-name", "pipe": "unreadable"}
+
+
+def test_packing_and_reading_need_few_file_descriptors(tmp_path, monkeypatch):
+    monkeypatch.setattr(pack, "MAX_MESHES", 10)
+    for number in range(60):
+        write_obj(tmp_path / "raw" / f"{number:02}.obj", *bumpy(number, 0))
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (len(list(Path("/proc/self/fd").iterdir())) + 24, hard))
+    try:
         go(tmp_path / "raw", tmp_path / "out")
+        dataset = open_dataset(tmp_path / "out")
+        assert len([dataset[number] for number in range(60)]) == 60
+    finally:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def test_killed_outright(raw, tmp_path):
+    """SIGKILL in mid-run: what was staged is not computed again, and the result is that of an unbroken run."""
+    go(raw, tmp_path / "whole")
+    words = [sys.executable, "-m", "meshshard", "features", str(raw), "--out", str(tmp_path / "out"), "--jobs", "1"]
+    with subprocess.Popen(words, stdout=subprocess.DEVNULL) as process:
+        while not list((tmp_path / "out").glob(".staging/[!.]*.h5")):
+            assert process.poll() is None
+            time.sleep(0.001)
+        process.kill()
+    done = len(staging.staged(tmp_path / "out"))
+    assert 1 <= done < 10
+    assert go(raw, tmp_path / "out").computed == 10 - done
+    assert tree(tmp_path / "out") == tree(tmp_path / "whole")
+
+
+def test_a_refused_mesh_does_not_move_the_others_between_splits(raw, tmp_path):
+    before = go(raw, tmp_path / "out").index
+    splits = dict(zip(before.ids, before.splits, strict=True))
+    (raw / "train" / "box.obj").write_text("")
+    after = go(raw, tmp_path / "out").index
+    assert dict(zip(after.ids, after.splits, strict=True)) == {k: v for k, v in splits.items() if k != "train/box"}
 
 
 def test_one_run_a_folder(raw, tmp_path):
-    (tmp_path / "out").mkdir()
-    with run_module._lock(tmp_path / "out"), pytest.raises(UsageError, match="another run is writing"):
+    with lock_folder(tmp_path / "out"), pytest.raises(UsageError, match="another run is writing"):
         go(raw, tmp_path / "out")
 
 

@@ -37,6 +37,16 @@ def test_depends_on_the_seed_and_not_on_the_order(entries):
     assert any(assign_splits(entries, fraction=0.2, seed=seed) != first for seed in range(1, 4))
 
 
+def test_validation_is_never_empty_where_it_can_be_drawn():
+    small = [entry(i, label=i % 10) for i in range(30)]
+    assert Counter(assign_splits(small, fraction=0.15, seed=0).values()) == {"train": 26, "val": 4}
+    large = [entry(i, group=f"g{i % 5}") for i in range(100)]
+    assert Counter(assign_splits(large, fraction=0.1, seed=0).values()) == {"train": 80, "val": 20}
+    two = [entry(0), entry(1)]
+    assert Counter(assign_splits(two, fraction=0.1, seed=0).values()) == {"train": 1, "val": 1}
+    assert assign_splits(two[:1], fraction=0.1, seed=0) == {"000": "train"}
+
+
 def test_what_is_shipped_stays():
     shipped = [entry(1), entry(2, "val"), entry(3, "test"), entry(4, "")]
     assert assign_splits(shipped, fraction=0.5, seed=0) == {"001": "train", "002": "val", "003": "test", "004": ""}

@@ -22,6 +22,7 @@ def made():
         classes=("a", "b", "ç"),
         recipe=PAPER,
         splits_sha256="0" * 64,
+        content_sha256="1" * 64,
         state={"epoch": 4},
     )
 
@@ -83,7 +84,7 @@ def test_other_files_are_refused_by_name(tmp_path):
     ],
 )
 def test_nonsense_is_no_configuration(change):
-    with pytest.raises(UsageError, match=f"training setting {next(iter(change))} cannot be"):
+    with pytest.raises(UsageError, match=f"training setting {next(iter(change))} is "):
         replace(paper("segmentation"), **change)
 
 

@@ -62,6 +62,7 @@ def test_vertices_without_a_face_take_no_part_in_scaling(scaling):
         name: np.concatenate([getattr(whole, name), np.zeros_like(getattr(whole, name)[:1])])
         for name in ("vertices", "vertex_normals", "dihedral", "hks", "vertex_areas")
     }
+    values["vertices"][-1] = 50
     found = inputs_of(replace(whole, **values), config)
     np.testing.assert_array_equal(found[:-1], inputs_of(whole, config))
     assert not found[-1].any()

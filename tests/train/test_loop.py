@@ -90,9 +90,10 @@ def test_another_configuration_or_data_set_is_refused_with_both_values(dataset, 
     samples = [sample(n) for n in range(4)]
     for changes, message in (
         ({"classes": ("a", "b", "c")}, r"classes: \('low', 'middle', 'high'\) against \('a', 'b', 'c'\)"),
-        ({}, "splits: "),
+        ({}, "splits_sha256: "),
+        ({}, "content_sha256: "),
     ):
-        other = write_dataset(tmp_path / message[:5], samples, ["train", "train", "val", "test"], **changes)
+        other = write_dataset(tmp_path / message[:6], samples, ["train", "train", "val", "test"], **changes)
         with pytest.raises(UsageError, match=message):
             train(open_dataset(other), replace(CONFIG, epochs=1), tmp_path / "run", CPU)
 

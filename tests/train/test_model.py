@@ -85,4 +85,6 @@ def test_pooling_is_the_mean():
     faces = torch.tensor([[0, 1, 2], [5, 5, 5]])
     torch.testing.assert_close(pool_faces(logits, faces), torch.stack([logits[:3].mean(0), logits[5]]))
     mesh = torch.tensor([0, 0, 0, 0, 1, 1])
-    torch.testing.assert_close(pool_meshes(logits, mesh, 2), torch.stack([logits[:4].mean(0), logits[4:].mean(0)]))
+    used = torch.tensor([True, False, True, True, True, True])
+    expected = torch.stack([logits[[0, 2, 3]].mean(0), logits[4:].mean(0)])
+    torch.testing.assert_close(pool_meshes(logits, mesh, used, 2), expected)

@@ -29,6 +29,7 @@ class Checkpoint:
     classes: tuple[str, ...]
     recipe: Recipe
     splits_sha256: str
+    content_sha256: str
     state: dict[str, Any]
 
     def clashes(self, dataset: Dataset) -> list[str]:
@@ -38,6 +39,15 @@ class Checkpoint:
             lines.append(f"classes: {self.classes} against {dataset.classes}")
         if self.recipe != dataset.recipe:
             lines.append(f"feature recipe: {self.recipe.to_json()} against {dataset.recipe.to_json()}")
+        return lines
+
+    def other_data(self, dataset: Dataset) -> list[str]:
+        """One line for each difference between the data of the run and a data set, with both values."""
+        lines = self.clashes(dataset)
+        for name in ("splits_sha256", "content_sha256"):
+            mine, theirs = getattr(self, name), getattr(dataset.index, name)
+            if mine != theirs:
+                lines.append(f"{name}: {mine} against {theirs}")
         return lines
 
     def network(self) -> TaskDrivenNet:
@@ -56,6 +66,7 @@ def save(path: Path, checkpoint: Checkpoint) -> None:
         "classes": json.dumps(list(checkpoint.classes)),
         "recipe": checkpoint.recipe.to_json(),
         "splits_sha256": checkpoint.splits_sha256,
+        "content_sha256": checkpoint.content_sha256,
         "state": json.dumps(checkpoint.state, sort_keys=True),
     }
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in checkpoint.tensors.items()}
@@ -85,6 +96,7 @@ def load(path: Path) -> Checkpoint:
         classes=tuple(json.loads(metadata["classes"])),
         recipe=Recipe.from_json(metadata["recipe"]),
         splits_sha256=metadata["splits_sha256"],
+        content_sha256=metadata["content_sha256"],
         state=json.loads(metadata["state"]),
     )
 

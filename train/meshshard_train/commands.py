@@ -1,6 +1,5 @@
 """The verbs of the training half: train, evaluate, predict."""
 
-import json
 import subprocess
 import sys
 import tempfile
@@ -15,6 +14,7 @@ from rich.table import Table
 
 from meshshard.commands import AsJson, Data, locate
 from meshshard.errors import UsageError
+from meshshard.plain import to_json
 from meshshard_train.config import RECIPES, TASKS
 
 if TYPE_CHECKING:  # torch takes a second to import: it stays out of --help
@@ -38,7 +38,7 @@ def train(
     rotation_axes: Annotated[str | None, typer.Option(help="Axes of quarter turns, as xyz, y, or none.")] = None,
     batch_vertices: Annotated[int | None, typer.Option(help="Vertices packed into a step.")] = None,
     precision: Annotated[str | None, typer.Option(help="auto, bf16 or fp32.")] = None,
-    seed: Annotated[int, typer.Option(help="Decides weights, order and augmentation.")] = 0,
+    seed: Annotated[int, typer.Option(help="Decides weights, order and augmentation.", min=0)] = 0,
     device: Device = "auto",
 ) -> None:
     """Train the network on a folder of shards, show a table, and name its pictures.
@@ -50,6 +50,7 @@ def train(
     """
     folder = locate(data)
     from meshshard import open_dataset
+    from meshshard.files import lock_folder
     from meshshard_train.device import choose_device
     from meshshard_train.loop import train as run_training
     from meshshard_train.results import write_results
@@ -72,11 +73,11 @@ def train(
     place = run or RUNS / dataset.name
     where = choose_device(device)
     try:
-        with _progress(config.epochs, len(dataset.splits.get("train", ()))) as tell:
+        with lock_folder(place), _progress(config.epochs, len(dataset.splits.get("train", ()))) as tell:
             history = run_training(dataset, config, place, where, tell)
+            results, pictures = write_results(dataset, place, history, where)
     except KeyboardInterrupt:
         raise UsageError("stopped; the same command goes on after the last whole epoch") from None
-    results, pictures = write_results(dataset, place, history, where)
     _print_results(results)
     for path in (*pictures, place / "results.json"):
         typer.echo(str(path))
@@ -85,7 +86,7 @@ def train(
 def evaluate(
     run: Run,
     split: Annotated[str, typer.Option(help="Split to evaluate.")] = "test",
-    data: Annotated[str | None, typer.Option(help="Shards to use [default: those of the run's data set].")] = None,
+    data: Annotated[str | None, typer.Option(help="Another data set [default: the one trained on].")] = None,
     device: Device = "auto",
     as_json: AsJson = False,
 ) -> None:
@@ -99,15 +100,16 @@ def evaluate(
     from meshshard_train.device import choose_device
     from meshshard_train.evaluate import evaluate as run_evaluation
     from meshshard_train.loop import BEST
+    from meshshard_train.results import chosen_rounds
 
     best = checkpoint.load(run / BEST)
     dataset = open_dataset(locate(data or best.state["folder"]))
     check_task(dataset, best.config)
-    if clashes := best.clashes(dataset):
+    if clashes := best.clashes(dataset) if data else best.other_data(dataset):
         raise UsageError(f"{run} was trained on other data than {dataset.folder} holds: " + "; ".join(clashes))
     where = choose_device(device)
     network = best.network().to(where)
-    rounds = run_evaluation(network, dataset, dataset.splits.get("val", ()), best.config, where).best_rounds()
+    rounds = chosen_rounds(run)
     found = run_evaluation(network, dataset, dataset.splits.get(split, ()), best.config, where, (rounds,))
     results = {
         "dataset": dataset.name,
@@ -119,7 +121,7 @@ def evaluate(
         "rows": {split: found.row(rounds)},
     }
     if as_json:
-        typer.echo(json.dumps(results, indent=1))
+        typer.echo(to_json(results))
     else:
         _print_results(results)
 
@@ -144,19 +146,27 @@ def predict(
 
     best = checkpoint.load(run / BEST)
     where = choose_device(device)
-    worst = 0
+    names = [path.stem for path in mesh]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise UsageError(f"two meshes called {twice[0]} would write the same files; give them different --out")
+    refused = False
     for path in mesh:
         with tempfile.TemporaryDirectory() as scratch:
             recipe = Path(scratch) / "recipe.json"
             recipe.write_text(best.recipe.to_json())
             # The halves meet in files: the mesh becomes a shard, made by the program that makes all shards.
-            command = [sys.executable, "-m", "meshshard", "features", str(path)]
-            status = subprocess.run([*command, "--recipe", str(recipe), "--out", scratch], check=False).returncode
-            worst = max(worst, status)
-            if status < 2:
-                for line in write_predictions(best, open_dataset(scratch), out, where):
-                    typer.echo(line)
-    raise typer.Exit(worst)
+            command = [sys.executable, "-m", "meshshard", "features", str(path.resolve()), "--no-labels"]
+            command += ["--recipe", str(recipe), "--out", scratch, "--jobs", "1" if path.is_file() else "-1"]
+            done = subprocess.run(command, stdout=subprocess.PIPE, check=False)
+            if done.returncode > 1:
+                raise typer.Exit(done.returncode)  # it has said why
+            dataset = open_dataset(scratch)
+            for line in write_predictions(best, dataset, out, where):
+                typer.echo(line)
+            for entry in (*dataset.index.refused, *dataset.index.failed):
+                refused = True
+                typer.echo(f"refused  {entry.message}", err=True)
+    raise typer.Exit(1 if refused else 0)
 
 
 def _print_results(results: dict[str, Any]) -> None:

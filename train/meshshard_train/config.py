@@ -7,6 +7,8 @@ from typing import Any
 from meshshard.errors import UsageError
 
 TASKS = ("segmentation", "classification")
+SCALINGS = ("log-standard", "min-max")
+PRECISIONS = ("auto", "bf16", "fp32")
 FEATURES = {"vertices": 3, "vertex_normals": 3, "dihedral": 1, "hks": None, "dihedral_official": 3}
 """Features a network can take, and their channels (None: as many as the shard has times)."""
 
@@ -38,23 +40,25 @@ class TrainConfig:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        known = bool(self.features) and all(name in FEATURES for name in self.features)
         rules = {
-            "task": self.task in TASKS,
-            "features": bool(self.features) and all(name in FEATURES for name in self.features),
-            "scaling": self.scaling in ("log-standard", "min-max"),
-            "epochs": self.epochs >= 1,
-            "warmup_epochs": self.warmup_epochs >= 0,
-            "learning_rate": self.learning_rate > 0,
-            "weight_decay": self.weight_decay >= 0,
-            "label_smoothing": 0 <= self.label_smoothing < 1,
-            "drop_path": 0 <= self.drop_path < 1,
-            "batch_vertices": self.batch_vertices >= 1,
-            "rotation_axes": set(self.rotation_axes) <= set("xyz"),
-            "precision": self.precision in ("auto", "bf16", "fp32"),
+            "task": (self.task in TASKS, f"one of {', '.join(TASKS)}"),
+            "features": (known, f"some of {', '.join(FEATURES)}"),
+            "scaling": (self.scaling in SCALINGS, f"one of {', '.join(SCALINGS)}"),
+            "epochs": (self.epochs >= 1, "1 or more"),
+            "warmup_epochs": (self.warmup_epochs >= 0, "0 or more"),
+            "learning_rate": (self.learning_rate > 0, "above 0"),
+            "weight_decay": (self.weight_decay >= 0, "0 or more"),
+            "label_smoothing": (0 <= self.label_smoothing < 1, "at least 0 and below 1"),
+            "drop_path": (0 <= self.drop_path < 1, "at least 0 and below 1"),
+            "batch_vertices": (self.batch_vertices >= 1, "1 or more"),
+            "rotation_axes": (set(self.rotation_axes) <= set("xyz"), "some of x, y, z, or none"),
+            "precision": (self.precision in PRECISIONS, f"one of {', '.join(PRECISIONS)}"),
+            "seed": (self.seed >= 0, "0 or more"),
         }
-        for name, holds in rules.items():
+        for name, (holds, allowed) in rules.items():
             if not holds:
-                raise UsageError(f"training setting {name} cannot be {getattr(self, name)!r}; see TrainConfig")
+                raise UsageError(f"training setting {name} is {allowed}, not {getattr(self, name)!r}")
 
     def to_json(self) -> str:
         """One canonical line."""
@@ -81,7 +85,7 @@ def paper(task: str, **overrides: Any) -> TrainConfig:
     All features for both tasks (the published code leaves HKS and dihedral out of classification). Learning rate,
     weight decay, scaling and length of the schedule are ours: see docs/decisions/0004-training-recipe.md.
     """
-    classification = {"batch_vertices": 1024, "learning_rate": 1e-3, "rotation_axes": "xyz"}
+    classification: dict[str, Any] = {"batch_vertices": 1024, "learning_rate": 1e-3, "rotation_axes": "xyz"}
     return TrainConfig(recipe="paper", task=task, **(classification if task == "classification" else {}) | overrides)
 
 

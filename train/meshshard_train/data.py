@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from jaxtyping import Float, Float32, Int
+from jaxtyping import Bool, Float, Float32, Int
 from torch import Tensor
 
 from meshshard import Dataset, Sample, UsageError
@@ -21,12 +21,13 @@ TURNED = ("vertices", "vertex_normals")
 class Batch:
     """Meshes packed one after the other. V vertices, F faces, B meshes, C channels, L blocks.
 
-    `labels`: (F,) for segmentation, (B,) for classification; -1 is not known and not learned. `drop_BL` is None in
-    evaluation.
+    `used_V`: vertices that have features; the others take no part in a mesh's mean. `labels`: (F,) for segmentation,
+    (B,) for classification; -1 is not known and not learned. `drop_BL` is None in evaluation.
     """
 
     features_VC: Float[Tensor, "V C"]
     mesh_V: Int[Tensor, " V"]
+    used_V: Bool[Tensor, " V"]
     faces_F3: Int[Tensor, "F 3"]
     mesh_F: Int[Tensor, " F"]
     labels: Int[Tensor, " n"]
@@ -62,8 +63,8 @@ def check_task(dataset: Dataset, config: TrainConfig) -> None:
 def inputs_of(
     sample: Sample, config: TrainConfig, rotation: Float32[np.ndarray, "3 3"] | None = None
 ) -> Float32[np.ndarray, "V C"]:
-    """The network's input channels, scaled; positions and normals turned; vertices without a face stay at 0."""
-    used = sample.vertex_areas > 0
+    """The network's input channels, scaled; positions and normals turned; rows of unused vertices are 0."""
+    used = sample.used_vertices
     columns = []
     for name in config.features:
         values = np.asarray(getattr(sample, name), dtype=np.float32).reshape(len(used), -1)
@@ -71,7 +72,7 @@ def inputs_of(
             columns.append(_scaled(values, name, used, config.scaling))
         else:
             columns.append(values if rotation is None else values @ rotation.T)
-    return np.concatenate(columns, axis=1)
+    return np.concatenate(columns, axis=1) * used[:, None]
 
 
 def _scaled(values: np.ndarray, name: str, used: np.ndarray, scaling: str) -> np.ndarray:
@@ -145,6 +146,7 @@ def collate(samples: Sequence[Sample], numbers: Sequence[int], config: TrainConf
     return Batch(
         features_VC=torch.from_numpy(np.concatenate(features)),
         mesh_V=torch.repeat_interleave(torch.tensor(vertex_counts)),
+        used_V=torch.from_numpy(np.concatenate([sample.used_vertices for sample in samples])),
         faces_F3=torch.from_numpy(np.concatenate(faces)),
         mesh_F=torch.repeat_interleave(torch.tensor(face_counts)),
         labels=torch.from_numpy(labels.astype(np.int64)),

@@ -1,6 +1,5 @@
 """What prediction writes for a mesh: PLY, PNG and a label file, or the probabilities of its classes."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from plyfile import PlyData, PlyElement
 
 from meshshard import Dataset, Sample, UsageError
 from meshshard.files import publish
+from meshshard.plain import to_json
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.palette import colours_of
 from meshshard_train.pictures import Tile, gallery
@@ -23,8 +23,12 @@ def write_predictions(best: Checkpoint, dataset: Dataset, out: Path, device: tor
     Segmentation: NAME.ply coloured by class, NAME.png, NAME.seg with a class index for each polygon of the mesh
     file. Classification: NAME.json with the probability of every class. UsageError: features of another recipe.
     """
-    if dataset.recipe != best.recipe:
-        raise UsageError(f"features by {dataset.recipe.to_json()}, the network learned {best.recipe.to_json()}")
+    made, learned = dataset.index.algorithm_version, best.state["algorithm_version"]
+    if dataset.recipe != best.recipe or made != learned:
+        raise UsageError(
+            f"features by {dataset.recipe.to_json()}, algorithm {made}; the network learned {best.recipe.to_json()}, "
+            f"algorithm {learned}: train anew, or install the meshshard it was trained with"
+        )
     network = best.network().to(device)
     for number, labels, probabilities in predictions(network, dataset, range(len(dataset)), best.config, device):
         sample = dataset[number]
@@ -33,7 +37,7 @@ def write_predictions(best: Checkpoint, dataset: Dataset, out: Path, device: tor
         if best.config.task == "classification":
             table = dict(zip(best.classes, probabilities[0].tolist(), strict=True))
             name = f"{path}.json"
-            publish(Path(name), json.dumps(table, indent=1).encode() + b"\n")
+            publish(Path(name), to_json(table).encode() + b"\n")
             yield f"{sample.source}: {best.classes[labels[0]]} ({100 * probabilities.max():.1f} %) -> {name}"
             continue
         write_ply(Path(f"{path}.ply"), sample, labels)

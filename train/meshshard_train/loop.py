@@ -4,13 +4,14 @@ import json
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import torch
 
 from meshshard import Dataset, UsageError
+from meshshard.files import publish
 from meshshard_train import checkpoint
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import TrainConfig
@@ -79,7 +80,10 @@ def train(
                 names = [
                     dataset.ids[n] for n, loss in zip(batch.numbers, losses_B, strict=True) if not loss.isfinite()
                 ]
-                raise UsageError(f"epoch {epoch}: the loss is not finite on {names}; lower --learning-rate")
+                raise UsageError(
+                    f"epoch {epoch}: the loss is not finite on {names}; lower --learning-rate, or check "
+                    "these meshes with meshshard verify --full"
+                )
             total, seen = total + float(losses_B.detach().sum()), seen + len(batch.numbers)
             if report:
                 report(Progress(epoch=epoch, meshes=seen, loss=total / seen, learning_rate=rate))
@@ -100,13 +104,19 @@ def train(
             classes=dataset.classes,
             recipe=dataset.recipe,
             splits_sha256=dataset.index.splits_sha256,
-            state={"epoch": epoch, "val_accuracy": row["val_accuracy"], "folder": str(dataset.folder)},
+            content_sha256=dataset.index.content_sha256,
+            state={
+                "epoch": epoch,
+                "val_accuracy": row["val_accuracy"],
+                "folder": str(dataset.folder.resolve()),
+                "algorithm_version": dataset.index.algorithm_version,
+            },
         )
         if row["val_accuracy"] > best:
             best = row["val_accuracy"]
             checkpoint.save(run / BEST, state)
         _save_last(run, state, optimizer, history)
-        (run / METRICS).write_text("".join(json.dumps(line) + "\n" for line in history))
+        publish(run / METRICS, "".join(json.dumps(line) + "\n" for line in history).encode())
         if report:
             report(Progress(epoch=epoch, meshes=seen, loss=row["loss"], learning_rate=rate, metrics=row))
     return history
@@ -125,8 +135,8 @@ def _split(dataset: Dataset, name: str) -> Sequence[int]:
     if not numbers:
         there = ", ".join(f"{split or '(none)'}: {len(members)}" for split, members in dataset.splits.items())
         raise UsageError(
-            f"{dataset.folder} has no meshes in the split {name!r} ({there}); training needs train and val: put "
-            "meshes into folders train/ and test/, validation is drawn from train"
+            f"{dataset.folder} has no meshes in the split {name!r} ({there}); training needs train and val. "
+            "Meshes in a folder train/ are for training; part of them becomes val: meshshard features --val-fraction"
         )
     return numbers
 
@@ -135,18 +145,8 @@ def _save_last(run: Path, state: Checkpoint, optimizer: torch.optim.AdamW, histo
     moments: dict[str, torch.Tensor] = {}
     for number, slot in optimizer.state_dict()["state"].items():
         moments |= {f"opt.{number}.{name}": value for name, value in slot.items()}
-    tensors = state.tensors | moments
-    checkpoint.save(
-        run / LAST,
-        Checkpoint(
-            tensors=tensors,
-            config=state.config,
-            classes=state.classes,
-            recipe=state.recipe,
-            splits_sha256=state.splits_sha256,
-            state=state.state | {"history": history},
-        ),
-    )
+    last = replace(state, tensors=state.tensors | moments, state=state.state | {"history": history})
+    checkpoint.save(run / LAST, last)
 
 
 def _resume(
@@ -155,10 +155,11 @@ def _resume(
     """Load last.safetensors into network and optimiser, where there is one, and return the history so far."""
     if not (run / LAST).exists():
         return []
-    before = checkpoint.load(run / LAST)
-    clashes = before.config.differences(config) + before.clashes(dataset)
-    if before.splits_sha256 != dataset.index.splits_sha256:
-        clashes.append(f"splits: {before.splits_sha256} against {dataset.index.splits_sha256}")
+    try:
+        before = checkpoint.load(run / LAST)
+    except UsageError as error:
+        raise UsageError(f"{error}; delete {run} to start anew, or choose another --run") from error
+    clashes = before.config.differences(config) + before.other_data(dataset)
     if clashes:
         raise UsageError(f"{run} holds a run with other settings; choose another --run. " + "; ".join(clashes))
     network.load_state_dict({k.removeprefix("net."): v for k, v in before.tensors.items() if k.startswith("net.")})

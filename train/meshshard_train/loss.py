@@ -12,7 +12,7 @@ from meshshard_train.model import pool_faces, pool_meshes
 def logits_of(vertex_logits_VK: Float[Tensor, "V K"], batch: Batch, task: str) -> Float[Tensor, "n K"]:
     """Logits of faces (segmentation) or of meshes (classification)."""
     if task == "classification":
-        return pool_meshes(vertex_logits_VK, batch.mesh_V, len(batch.numbers))
+        return pool_meshes(vertex_logits_VK, batch.mesh_V, batch.used_V, len(batch.numbers))
     return pool_faces(vertex_logits_VK, batch.faces_F3)
 
 

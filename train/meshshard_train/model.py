@@ -5,7 +5,7 @@ No layer looks at another vertex: meshes of any size, connectivity or number are
 """
 
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from torch import Tensor, nn
 from torch.nn import functional
 
@@ -126,7 +126,9 @@ def pool_faces(logits_VK: Float[Tensor, "V K"], faces_F3: Int[Tensor, "F 3"]) ->
     return logits_VK.index_select(0, faces_F3.flatten()).view(len(faces_F3), 3, -1).mean(1)
 
 
-def pool_meshes(logits_VK: Float[Tensor, "V K"], mesh_V: Int[Tensor, " V"], meshes: int) -> Float[Tensor, "B K"]:
-    """A mesh's logits are the mean of its vertices'. Every mesh has a vertex."""
-    total = logits_VK.new_zeros(meshes, logits_VK.shape[1]).index_add(0, mesh_V, logits_VK)
-    return total / torch.bincount(mesh_V, minlength=meshes)[:, None]
+def pool_meshes(
+    logits_VK: Float[Tensor, "V K"], mesh_V: Int[Tensor, " V"], used_V: Bool[Tensor, " V"], meshes: int
+) -> Float[Tensor, "B K"]:
+    """A mesh's logits are the mean of its used vertices'. Every mesh has one."""
+    total_BK = logits_VK.new_zeros(meshes, logits_VK.shape[1]).index_add(0, mesh_V, logits_VK * used_V[:, None])
+    return total_BK / torch.bincount(mesh_V[used_V], minlength=meshes)[:, None]

@@ -7,7 +7,9 @@ from typing import Any
 
 import torch
 
-from meshshard import Dataset
+from meshshard import Dataset, UsageError
+from meshshard.files import publish
+from meshshard.plain import to_json
 from meshshard_train import checkpoint
 from meshshard_train.config import TrainConfig
 from meshshard_train.evaluate import evaluate
@@ -48,8 +50,8 @@ def write_results(
         "seconds": round(sum(row["seconds"] for row in history), 1),
         "rows": rows,
     }
-    (run / RESULTS).write_text(json.dumps(results, indent=1) + "\n")
-    (run / "results.md").write_text(_markdown(results))
+    publish(run / RESULTS, to_json(results).encode() + b"\n")
+    publish(run / "results.md", _markdown(results).encode())
     pictures = [run / "curves.png"]
     curves(pictures[0], history, title=f"{dataset.name}, recipe {best.config.recipe}")
     if best.config.task == "segmentation":
@@ -57,6 +59,14 @@ def write_results(
             pictures.append(run / f"{split}.png")
             _draw_split(network, dataset, split, best.config, device, pictures[-1])
     return results, pictures
+
+
+def chosen_rounds(run: Path) -> int:
+    """Rounds of voting that a finished run chose on its validation split."""
+    try:
+        return int(json.loads((run / RESULTS).read_bytes())["voting_rounds"])
+    except (OSError, ValueError, KeyError) as error:
+        raise UsageError(f"{run / RESULTS} cannot be read ({error!r}): finish the run with train") from error
 
 
 def table_rows(results: dict[str, Any]) -> list[list[str]]:

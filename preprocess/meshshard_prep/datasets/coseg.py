@@ -17,10 +17,19 @@ def read_set(root: Path, shape: str) -> RawDataset:
     inside = root / f"coseg_{shape}"
     folder = inside if inside.is_dir() else root
     parts = tuple(f"{shape} part {number}" for number in range(PARTS[shape]))
-    # MeshCNN's own archive labels edges and counts from 1; the one the paper used labels faces and counts from 0
-    values = read_segmentation(folder).entries[0].label_classes
-    first = 1 if max(values, default=0) == PARTS[shape] else 0
-    return read_segmentation(folder, name=f"coseg_{shape}", classes=parts, first_value=first)
+    found = read_segmentation(folder, name=f"coseg_{shape}", classes=parts, first_value=0)
+    return replace(found, entries=tuple(_counted(entry, len(parts)) for entry in found.entries))
+
+
+def _counted(entry: Entry, parts: int) -> Entry:
+    """The archive the paper used labels faces and counts from 0; MeshCNN's own labels edges and counts from 1."""
+    if entry.labels is None or not entry.labels.is_file():
+        return entry
+    faces = sum(line.startswith(b"f ") for line in entry.path.read_bytes().splitlines())
+    lines = len(entry.labels.read_bytes().split())
+    first, domain = (0, "face") if lines == faces else (1, "edge")
+    table = {first + part: part for part in range(parts)}
+    return replace(entry, label_classes=table, label_domains=(domain,))
 
 
 def read_all(root: Path) -> RawDataset:

@@ -3,12 +3,11 @@
 from pathlib import Path
 
 from meshshard.errors import UsageError
-from meshshard_prep.datasets.layout import SPLITS, Entry, RawDataset
+from meshshard_prep.datasets.layout import DOMAINS, SPLITS, Entry, RawDataset
 from meshshard_prep.formats import MESH_SUFFIXES
 from meshshard_prep.labels import class_table
 
 LABEL_SUFFIXES = (".seg", ".eseg", ".labels", ".txt")
-DOMAINS = ("face", "edge", "vertex")
 
 
 def read_folder(
@@ -43,7 +42,7 @@ def read_folder(
             )
         )
     return RawDataset(
-        name=name or root.resolve().stem,
+        name=name or (root.stem if single else root.resolve().name),
         task="segmentation" if beside else "unlabelled",
         classes=names,
         entries=tuple(entries),

@@ -7,6 +7,9 @@ from pathlib import Path
 SPLITS = ("train", "val", "test")
 """Names of the folders that are splits."""
 
+DOMAINS = ("face", "edge", "vertex")
+"""What a label file may count."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
@@ -37,6 +40,12 @@ class RawDataset:
     task: str
     classes: tuple[str, ...]
     entries: tuple[Entry, ...]
+
+
+def without_labels(dataset: RawDataset) -> RawDataset:
+    """The meshes alone."""
+    entries = [Entry(id=entry.id, path=entry.path, source=entry.source) for entry in dataset.entries]
+    return RawDataset(name=dataset.name, task="unlabelled", classes=(), entries=tuple(entries))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,12 +5,11 @@ from pathlib import Path
 
 from meshshard.errors import UsageError
 from meshshard_prep.datasets.folder import read_folder
-from meshshard_prep.datasets.layout import RawDataset
+from meshshard_prep.datasets.layout import DOMAINS, RawDataset
 from meshshard_prep.datasets.meshcnn import read_classification, read_segmentation
 
 LAYOUTS = ("folder", "meshcnn-segmentation", "meshcnn-classification")
 KEYS = {"name": str, "layout": str, "raw": str, "classes": list, "label_domain": str}
-DOMAINS = ("face", "edge", "vertex")
 
 
 def read_toml(path: Path, raw: Path | None = None) -> RawDataset:

@@ -60,15 +60,18 @@ _FIRST_WORD = re.compile(rb"(?:\s|#[^\r\n]*+)*+(\S{0,100})")
 
 def read_mesh(path: Path) -> RawMesh:
     """Read a mesh file; InvalidMesh says why not, with the place in the file."""
-    place = str(path)
+    return parse_mesh(read_file(path, str(path)), str(path), path.suffix)
+
+
+def read_file(path: Path, place: str) -> bytes:
+    """The bytes of a regular file; `place` names it in the refusal where they cannot be had."""
     rule, advice = "the file can be read", "Check its name and permissions."
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             raise refusal("unreadable", rule, "it is no regular file", place, advice)
-        data = path.read_bytes()
+        return path.read_bytes()
     except OSError as error:
         raise refusal("unreadable", rule, f"the system says {error.strerror!r}", place, advice) from error
-    return parse_mesh(data, place, path.suffix)
 
 
 def parse_mesh(data: bytes, place: str, suffix: str = "") -> RawMesh:

@@ -48,17 +48,19 @@ def test_human_groups():
 
 @pytest.mark.parametrize("first", [0, 1], ids=["the paper's archive, faces from 0", "MeshCNN's, edges from 1"])
 def test_coseg_set(tmp_path, first):
-    values = [first + part for part in range(PARTS["vases"])]
+    # a box has 12 faces and 18 edges; the labels need not hold every part
+    values = [first + part for part in range(3)] * (4 if first == 0 else 6)
     segmentation_folder(tmp_path / "coseg_vases", {"train/1": box(), "test/2": box()}, values)
     for root in (tmp_path, tmp_path / "coseg_vases"):
         dataset = read_dataset("coseg_vases", root)
         assert dataset.classes == tuple(f"vases part {part}" for part in range(4))
-        assert dataset.entries[0].label_classes == {value: part for part, value in enumerate(values)}
+        assert dataset.entries[0].label_classes == {first + part: part for part in range(4)}
+        assert dataset.entries[0].label_domains == (("face",) if first == 0 else ("edge",))
 
 
 def test_coseg_is_all_three_sets(tmp_path):
     for shape, parts in PARTS.items():
-        segmentation_folder(tmp_path / f"coseg_{shape}", {"train/1": box(), "test/2": box()}, range(parts))
+        segmentation_folder(tmp_path / f"coseg_{shape}", {"train/1": box(), "test/2": box()}, [0, parts - 1] * 6)
     dataset = read_dataset("coseg", tmp_path)
     assert len(dataset.classes) == 11
     assert [e.id for e in dataset.entries] == [f"{s}/{i}" for s in PARTS for i in ("train/1", "test/2")]

@@ -85,8 +85,8 @@ def test_best_is_the_first_of_the_highest_validation_accuracy(dataset, tmp_path)
 
 def test_another_configuration_or_data_set_is_refused_with_both_values(dataset, tmp_path):
     train(dataset, replace(CONFIG, epochs=1), tmp_path / "run", CPU)
-    with pytest.raises(UsageError, match=r"learning_rate: 0.001 against 0.002"):
-        train(dataset, replace(CONFIG, epochs=1, learning_rate=0.002), tmp_path / "run", CPU)
+    with pytest.raises(UsageError, match=r"learning_rate: 0.002 against 0.003"):
+        train(dataset, replace(CONFIG, epochs=1, learning_rate=0.003), tmp_path / "run", CPU)
     samples = [sample(n) for n in range(4)]
     for changes, message in (
         ({"classes": ("a", "b", "c")}, r"classes: \('low', 'middle', 'high'\) against \('a', 'b', 'c'\)"),

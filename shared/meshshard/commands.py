@@ -64,7 +64,7 @@ def info(data: Data, as_json: AsJson = False) -> None:
 
     Example: meshshard info minicoseg
     """
-    from meshshard.card import data_card  # opens every shard: numpy and h5py stay out of --help
+    from meshshard.data_card import data_card  # opens every shard: numpy and h5py stay out of --help
 
     card = data_card(locate(data))
     if as_json:
@@ -72,11 +72,14 @@ def info(data: Data, as_json: AsJson = False) -> None:
         return
     console = Console()
     console.print(f"[bold]{card['dataset']}[/]  {card['task']}, recipe {card['recipe']['name']}, {card['folder']}")
-    sizes = Table("split", "meshes", "vertices", "faces", *card["classes"], title="share of labels by class, %")
-    for split, row in card["splits"].items():
-        shares = [f"{100 * share:.1f}" for share in row["class_shares"]]
-        sizes.add_row(split or "(none)", str(row["meshes"]), str(row["vertices"]), str(row["faces"]), *shares)
-    console.print(sizes)
+    splits = card["splits"]
+    table = Table("", *(split or "(none)" for split in splits))
+    for what in ("meshes", "vertices", "faces"):
+        table.add_row(what, *(str(row[what]) for row in splits.values()))
+    table.add_section()
+    for number, name in enumerate(card["classes"]):
+        table.add_row(f"{name}, %", *(f"{100 * row['class_shares'][number]:.1f}" for row in splits.values()))
+    console.print(table)
     counts = {name: count for name, count in card["diagnostics"].items() if count}
     console.print("diagnostics  " + ", ".join(f"{name} {count}" for name, count in counts.items()))
     console.print(f"largest bound of the relative error of hks  {card['hks_error_bound']:.1e}")

@@ -141,8 +141,8 @@ def predict(
     from meshshard import open_dataset
     from meshshard_train import checkpoint
     from meshshard_train.device import choose_device
-    from meshshard_train.label_files import write_predictions
     from meshshard_train.loop import BEST
+    from meshshard_train.prediction_files import write_predictions
 
     best = checkpoint.load(run / BEST)
     where = choose_device(device)

@@ -45,7 +45,7 @@ class InvalidMesh(MeshshardError):
         assert code in REFUSALS, code
         self.code, self.rule, self.found, self.place, self.advice = code, rule, found, place, advice
         where = f"{place}: " if place else ""
-        then = f". {advice}" if advice else ""
+        then = f". {advice[0].upper()}{advice[1:]}" if advice else ""
         super().__init__(f"{where}{rule}, but {found}{then} [{code}]")
 
     def __reduce__(self) -> tuple[object, ...]:

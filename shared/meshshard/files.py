@@ -1,7 +1,6 @@
 """Files that are old or new, never something between."""
 
 import contextlib
-import fcntl
 import hashlib
 import os
 import secrets
@@ -52,6 +51,8 @@ def publish(path: Path, data: bytes) -> None:
 def lock_folder(folder: Path) -> Iterator[None]:
     """Make a folder, hold it alone, and remove temporary files that killed processes left in it. The lock is the
     system's: it ends with its holder, however that ends. UsageError where another process holds it."""
+    import fcntl  # POSIX only: who only reads shards never locks, and may do so anywhere
+
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / LOCK_NAME).open("a") as file:
         try:

@@ -236,7 +236,7 @@ def test_missing_label_file_and_unreadable_mesh(tmp_path):
     (tmp_path / "raw" / "c.obj").symlink_to(tmp_path / "nowhere")
     refused = {entry.id: entry for entry in go(tmp_path / "raw", tmp_path / "out").index.refused}
     assert (refused["b"].code, refused["c"].code) == ("no-labels", "unreadable")
-    assert "label file is b.seg, but there is no such file. put it at raw/b.seg" in refused["b"].message
+    assert "label file is b.seg, but there is no such file. Put it at raw/b.seg" in refused["b"].message
 
 
 def explode(*_):

@@ -115,6 +115,7 @@ def test_schedule():
     config = paper("segmentation", epochs=20, warmup_epochs=4.0, learning_rate=0.1)
     rates = [learning_rate(config, epoch) for epoch in (0.0, 2.0, 4.0, 12.0, 20.0)]
     assert rates == pytest.approx([1e-4, 0.05005, 0.1, 0.05, 0], abs=1e-12)
+    assert learning_rate(replace(config, epochs=6), 2.0) == pytest.approx(0.1)  # a short run leaves warm-up too
 
 
 def test_classification_and_results(tmp_path):

@@ -123,11 +123,12 @@ def train(
 
 
 def learning_rate(config: TrainConfig, epoch: float) -> float:
-    """Linear warm-up from a thousandth, then a cosine to 0 at the last epoch. `epoch` counts in fractions."""
-    if epoch < config.warmup_epochs:
-        return config.learning_rate * (1e-3 + (1 - 1e-3) * epoch / config.warmup_epochs)
-    part = (epoch - config.warmup_epochs) / max(config.epochs - config.warmup_epochs, 1e-9)
-    return config.learning_rate * 0.5 * (1 + math.cos(math.pi * min(part, 1.0)))
+    """Linear warm-up from a thousandth, for at most a third of the schedule, then a cosine to 0 at the last epoch.
+    `epoch` counts in fractions."""
+    warmup = min(config.warmup_epochs, config.epochs / 3)
+    if epoch < warmup:
+        return config.learning_rate * (1e-3 + (1 - 1e-3) * epoch / warmup)
+    return config.learning_rate * 0.5 * (1 + math.cos(math.pi * (epoch - warmup) / (config.epochs - warmup)))
 
 
 def _split(dataset: Dataset, name: str) -> Sequence[int]:

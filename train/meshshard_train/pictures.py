@@ -27,10 +27,12 @@ class Tile:
     labels: Int[np.ndarray, " F"]
 
 
-def gallery(path: Path, tiles: Sequence[Tile], classes: Sequence[str], *, columns: int, title: str) -> None:
-    """A PNG of meshes in rows, with a legend of the classes that occur."""
+def gallery(
+    path: Path, tiles: Sequence[Tile], classes: Sequence[str], *, columns: int, title: str, size: float = 2.4
+) -> None:
+    """A PNG of meshes in rows, each `size` inches, with a legend of the classes that occur."""
     rows = -(-len(tiles) // columns)
-    figure = Figure(figsize=(2.2 * columns, 2.4 * rows + 0.9), dpi=110, layout="constrained")
+    figure = Figure(figsize=(size * columns, size * rows + 0.9), dpi=110, layout="constrained")
     figure.suptitle(title)
     for number, tile in enumerate(tiles, start=1):
         axes: Any = figure.add_subplot(rows, columns, number, projection="3d")
@@ -39,7 +41,7 @@ def gallery(path: Path, tiles: Sequence[Tile], classes: Sequence[str], *, column
     figure.legend(
         handles=[Patch(color=class_colour(c), label="unlabelled" if c < 0 else classes[c]) for c in found],
         loc="outside lower center",
-        ncols=min(len(found), 2 * columns),
+        ncols=min(len(found), max(4, 2 * columns)),
         fontsize="small",
         frameon=False,
     )

@@ -43,7 +43,7 @@ def write_predictions(best: Checkpoint, dataset: Dataset, out: Path, device: tor
         write_ply(Path(f"{path}.ply"), sample, labels)
         write_labels(Path(f"{path}.seg"), sample, labels)
         tile = Tile(title="", vertices=sample.vertices, faces=sample.faces, labels=labels)
-        gallery(Path(f"{path}.png"), [tile], best.classes, columns=1, title=sample.id.split("/")[-1])
+        gallery(Path(f"{path}.png"), [tile], best.classes, columns=1, title=sample.id.split("/")[-1], size=6.0)
         counts = np.bincount(labels, minlength=len(best.classes))
         found = ", ".join(f"{name} {count}" for name, count in zip(best.classes, counts, strict=True) if count)
         yield f"{sample.source}: faces of {found} -> {path}.ply, .png, .seg"

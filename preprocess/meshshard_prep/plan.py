@@ -1,7 +1,6 @@
 """What a run would do: the key of every entry, and where its sample already is."""
 
 import contextlib
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -35,10 +34,7 @@ class Job:
 
 
 def make_job(entry: Entry, recipe: Recipe, algorithm_version: int) -> Job:
-    """Hash what a sample depends on: mesh and label bytes, what labels mean, the recipe, the algorithm version.
-
-    Paths, times, job counts and splits are not part of it. InvalidMesh where a file cannot be read.
-    """
+    """Read an entry's files and name its sample. InvalidMesh where a file cannot be read, or has no proper name."""
     try:
         entry.source.encode()
     except UnicodeEncodeError:
@@ -50,6 +46,15 @@ def make_job(entry: Entry, recipe: Recipe, algorithm_version: int) -> Job:
             advice="rename it",
         ) from None
     mesh, labels = read_entry(entry)
+    key = key_of(entry, mesh, labels, recipe, algorithm_version)
+    return Job(entry=entry, source_sha256=sha256_of(mesh), key=key)
+
+
+def key_of(entry: Entry, mesh: bytes, labels: bytes | None, recipe: Recipe, algorithm_version: int) -> str:
+    """Hash of all that a sample depends on: mesh and label bytes, what labels mean, recipe, algorithm version.
+
+    Paths, times, job counts and splits are not part of it.
+    """
     parts = (
         f"algorithm {algorithm_version}",
         recipe.to_json(),
@@ -58,7 +63,7 @@ def make_job(entry: Entry, recipe: Recipe, algorithm_version: int) -> Job:
         sha256_of(labels) if labels is not None else "no labels",
         repr((sorted(entry.label_classes.items()), entry.label_domains, entry.mesh_label)),
     )
-    return Job(entry=entry, source_sha256=parts[2], key=hashlib.sha256("\n".join(parts).encode()).hexdigest())
+    return sha256_of("\n".join(parts).encode())
 
 
 def read_entry(entry: Entry) -> tuple[bytes, bytes | None]:

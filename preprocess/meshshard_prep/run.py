@@ -17,7 +17,7 @@ from meshshard_prep import staging
 from meshshard_prep.datasets.layout import Entry, RawDataset
 from meshshard_prep.pack import publish_dataset
 from meshshard_prep.pipeline import ALGORITHM_VERSION, compute_sample
-from meshshard_prep.plan import Job, make_job, printable, read_entry, stored_before
+from meshshard_prep.plan import Job, key_of, make_job, printable, read_entry, stored_before
 
 FAILED = "failed"
 """Code of a mesh that broke no rule: the program or its worker did. It is tried again by the next run."""
@@ -121,6 +121,8 @@ def _compute(job: Job, out: Path, recipe: Recipe, classes: tuple[str, ...]) -> R
     entry = job.entry
     try:
         mesh, labels = read_entry(entry)
+        if key_of(entry, mesh, labels, recipe, ALGORITHM_VERSION) != job.key:
+            return _rejection(entry, FAILED, f"{entry.source}: the file changed while the run went on; run again", "")
         sample = compute_sample(entry, mesh, labels, recipe)
         sample = replace(sample, key=job.key, **job.names())
         staging.put(out, sample, recipe, ALGORITHM_VERSION, classes)

@@ -21,6 +21,7 @@ from meshshard.verify import verify
 from meshshard_prep import pack, staging
 from meshshard_prep import run as run_module
 from meshshard_prep.datasets import read_dataset
+from meshshard_prep.plan import read_entry
 from meshshard_prep.run import run
 
 PAPER = RECIPES["paper"]
@@ -254,6 +255,21 @@ def test_an_unexpected_error_costs_one_mesh_and_is_tried_again(raw, tmp_path, mo
         report = go(raw, tmp_path / "out")
     assert [entry.message for entry in report.index.failed] == ["train/box.obj: RuntimeError: boom"]
     assert len(report.index.ids) == 9
+    assert go(raw, tmp_path / "out").ok
+
+
+def test_a_file_that_changes_during_the_run_is_tried_again(raw, tmp_path, monkeypatch):
+    def change(entry):
+        if entry.id == "train/box":
+            write_labels(raw / "train" / "box.seg", [2] * 12)
+        return read_entry(entry)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(run_module, "read_entry", change)  # after the plan, which has its own name for it
+        report = go(raw, tmp_path / "out")
+    assert [entry.message for entry in report.index.failed] == [
+        "train/box.obj: the file changed while the run went on; run again"
+    ]
     assert go(raw, tmp_path / "out").ok
 
 

@@ -1,11 +1,9 @@
 """Where the research data is, and what is skipped without it."""
 
-import os
 from pathlib import Path
 
 import pytest
-
-DATA = Path(os.environ.get("MESHSHARD_DATA", Path(__file__).parents[1] / ".." / "shared" / "data"))
+from research_data import DATA
 
 
 @pytest.fixture(scope="session")

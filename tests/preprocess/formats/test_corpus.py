@@ -1,20 +1,17 @@
 """Real files of many origins, read by the package and by short parsers that share nothing with it."""
 
 import csv
-import os
 import re
 import struct
-from pathlib import Path
 
 import numpy as np
 import pytest
+from research_data import DATA
 
 from meshshard.errors import InvalidMesh
 from meshshard_prep.formats import MESH_SUFFIXES, read_mesh
 
 pytestmark = pytest.mark.data
-
-BESIDE_THE_REPOSITORY = Path(__file__).parents[4] / "shared" / "data"
 
 REFUSED_FOR_A_REASON = {
     "valid/gpytoolbox__fandisk.obj": "not-a-mesh",  # a browser saved it as a web archive, the mesh is inside a page
@@ -26,7 +23,7 @@ READ_FOR_A_REASON = {
 
 
 def data(part, files):
-    folder = Path(os.environ.get("MESHSHARD_DATA", BESIDE_THE_REPOSITORY)) / part
+    folder = DATA / part
     if not folder.is_dir():
         pytest.skip(f"{files} files not read: no folder {folder}; MESHSHARD_DATA names where the data is")
     return folder

@@ -135,6 +135,9 @@ def test_predict_of_a_bad_file_says_why(world):
     status, _, error = meshshard("predict", "run", "raw/train/m0.obj", "raw/train/m0.obj", cwd=world)
     assert status == 2
     assert "two meshes called m0" in error
+    status, out, error = meshshard("predict", "run", "new.obj", "minicoseg", cwd=world)
+    assert (status, out) == (2, "")
+    assert "minicoseg: no such mesh file or folder" in error
     status, _, error = meshshard("predict", "nowhere", "bad.obj", cwd=world)
     assert status == 2
     assert "train first" in error
@@ -164,6 +167,7 @@ def test_unlabelled_data_cannot_be_trained_on(tmp_path):
     ("words", "message"),
     [
         (("features", "nothing"), "is no known data set"),
+        (("features", ""), "a data set is a known name"),
         (("features", "human_seg"), "make features DATASET=human_seg RAW=<folder>"),
         (("features", "minicoseg", "--recipe", "x"), "no recipe is called 'x'"),
         (("features", "minicoseg", "--jobs", "0"), "it cannot be 0"),

@@ -1,5 +1,6 @@
 """Label files: one integer a line, for every face, edge or vertex. Which of them is found by count."""
 
+import codecs
 import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,7 +34,7 @@ def parse_labels(data: bytes, classes: Mapping[int, int], place: str) -> Int64[n
     """
     classes = {**classes, UNLABELLED: UNLABELLED}
     result = []
-    for number, line in enumerate(data.rstrip().splitlines(), start=1):
+    for number, line in enumerate(data.removeprefix(codecs.BOM_UTF8).rstrip().splitlines(), start=1):
         try:
             result.append(classes[int(line)])
         except (ValueError, KeyError):
@@ -92,7 +93,7 @@ def class_table(paths: list[Path], names: tuple[str, ...], place: Path) -> tuple
     """
     values: set[int] = set()
     for path in paths:
-        for line in set(path.read_bytes().split()):
+        for line in set(path.read_bytes().removeprefix(codecs.BOM_UTF8).split()):
             with contextlib.suppress(ValueError):
                 values.add(int(line))
     values.discard(UNLABELLED)

@@ -17,7 +17,7 @@ from meshshard_prep import staging
 from meshshard_prep.datasets.layout import Entry, RawDataset
 from meshshard_prep.pack import publish_dataset
 from meshshard_prep.pipeline import ALGORITHM_VERSION, compute_sample
-from meshshard_prep.plan import Job, key_of, make_job, printable, read_entry, stored_before
+from meshshard_prep.plan import Before, Job, key_of, make_job, printable, read_entry, stored_before
 
 FAILED = "failed"
 """Code of a mesh that broke no rule: the program or its worker did. It is tried again by the next run."""
@@ -51,7 +51,7 @@ def run(
 
     `jobs`: joblib's n_jobs, -1 for all cores. `progress(done, total, rejected)` is called after each computed mesh.
     A mesh that breaks a rule, or breaks its worker, is in the report; the rest is stored. UsageError: two entries
-    have one id, or another run holds `out`.
+    have one id, another run holds `out`, or `out` holds another data set.
     """
     start = time.perf_counter()
     _check_ids(dataset)
@@ -59,6 +59,7 @@ def run(
         staging.prepare(out)
         planned, rejected = _plan(dataset, recipe)
         before = stored_before(out)
+        _check_owner(before, dataset, out)
         for name, job in planned.items():
             if refusal := before.refused.get((job.key, name, job.entry.source)):
                 rejected[name] = refusal
@@ -95,6 +96,18 @@ def _check_ids(dataset: RawDataset) -> None:
         if entry.id in seen:
             raise UsageError(f"two meshes have the id {entry.id!r}: {seen[entry.id]} and {entry.source}")
         seen[entry.id] = entry.source
+
+
+def _check_owner(before: Before, dataset: RawDataset, out: Path) -> None:
+    """A folder of shards is not made into another data set: what it holds would be removed."""
+    if before.index is None or not before.index.ids:
+        return
+    same = set(before.index.ids) & {entry.id for entry in dataset.entries}
+    if before.index.dataset != dataset.name or not same:
+        raise UsageError(
+            f"{out} holds the data set {before.index.dataset!r} of {len(before.index.ids)} meshes, and this is "
+            f"{dataset.name!r}, with {len(same)} of them; give another --out, or delete that folder first"
+        )
 
 
 def _plan(dataset: RawDataset, recipe: Recipe) -> tuple[dict[str, Job], dict[str, Rejection]]:

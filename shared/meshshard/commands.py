@@ -104,5 +104,5 @@ def verify(
     else:
         for finding in findings:
             typer.echo(finding)
-        typer.echo(f"{folder}: {len(findings)} findings" if findings else f"{folder}: whole")
+        typer.echo(f"{folder}: not whole, {len(findings)} found" if findings else f"{folder}: whole")
     raise typer.Exit(1 if findings else 0)

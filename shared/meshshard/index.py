@@ -99,7 +99,9 @@ def read_index(folder: Path) -> Index:
         table = json.loads(text)
         seal = table.pop("sha256")
     except (ValueError, KeyError, AttributeError, TypeError) as error:
-        raise InvalidShard(f"{path}: not the index of a meshshard folder: {error!r}") from error
+        raise InvalidShard(
+            f"{path}: not the index of a meshshard folder, or damaged ({error}); run meshshard features again"
+        ) from error
     if (table.get("format"), table.get("format_version")) != (INDEX_FORMAT, INDEX_VERSION):
         raise InvalidShard(
             f"{path}: format {table.get('format')!r} version {table.get('format_version')!r}; "

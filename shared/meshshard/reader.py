@@ -46,7 +46,9 @@ class Shard:
         try:
             return sha256_of_file(self.path)
         except OSError as error:
-            raise InvalidShard(f"{self.path}: the shard cannot be read: {error.strerror}") from error
+            raise InvalidShard(
+                f"{self.path}: the shard cannot be read: {error.strerror}; run meshshard features again"
+            ) from error
 
     @property
     def recipe(self) -> Recipe:

@@ -16,7 +16,7 @@ def raw(vertices, faces, face_source=None):
 
 
 def test_lines_become_class_indices():
-    assert parse_labels(b"3\n1\r\n 2 \n\n", {1: 0, 2: 1, 3: 2}, "x.seg").tolist() == [2, 0, 1]
+    assert parse_labels(b"\xef\xbb\xbf3\n1\r\n 2 \n\n", {1: 0, 2: 1, 3: 2}, "x.seg").tolist() == [2, 0, 1]
 
 
 @pytest.mark.parametrize("content", [b"1\nhead\n", b"1\n9\n", b"1\n1.5\n", b"1\n\n1\n", b"1\n\xff\n"])

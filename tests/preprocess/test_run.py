@@ -356,6 +356,20 @@ def test_a_refused_mesh_does_not_move_the_others_between_splits(raw, tmp_path):
     assert dict(zip(after.ids, after.splits, strict=True)) == {k: v for k, v in splits.items() if k != "train/box"}
 
 
+def test_a_folder_is_not_made_into_another_data_set(raw, tmp_path):
+    go(raw, tmp_path / "out")
+    before = tree(tmp_path / "out")
+    write_obj(tmp_path / "other" / "x.obj", *sphere(1))
+    write_obj(tmp_path / "deep" / "raw" / "y.obj", *sphere(1))
+    for folder, message in (
+        (tmp_path / "other", "holds the data set 'raw' of 10 meshes, and this is 'other', with 0 of them"),
+        (tmp_path / "deep" / "raw", "and this is 'raw', with 0 of them; give another --out"),
+    ):
+        with pytest.raises(UsageError, match=message):
+            go(folder, tmp_path / "out")
+    assert tree(tmp_path / "out") == before
+
+
 def test_one_run_a_folder(raw, tmp_path):
     with lock_folder(tmp_path / "out"), pytest.raises(UsageError, match="another run is writing"):
         go(raw, tmp_path / "out")

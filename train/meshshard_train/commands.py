@@ -146,6 +146,9 @@ def predict(
 
     best = checkpoint.load(run / BEST)
     where = choose_device(device)
+    for path in mesh:
+        if not path.exists():
+            raise UsageError(f"{path}: no such mesh file or folder")
     names = [path.stem for path in mesh]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise UsageError(f"two meshes called {twice[0]} would write the same files; give them different --out")

@@ -1,5 +1,6 @@
 """Pictures of meshes coloured by class, and of a run's curves. No display is needed."""
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -45,7 +46,9 @@ def gallery(
         fontsize="small",
         frameon=False,
     )
-    figure.savefig(path)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # a title may be in any script
+        figure.savefig(path)
 
 
 def _draw(axes: Any, tile: Tile) -> None:

@@ -65,8 +65,10 @@ def chosen_rounds(run: Path) -> int:
     """Rounds of voting that a finished run chose on its validation split."""
     try:
         return int(json.loads((run / RESULTS).read_bytes())["voting_rounds"])
+    except FileNotFoundError:
+        raise UsageError(f"{run} is not finished: there is no {RESULTS}; go on with meshshard train") from None
     except (OSError, ValueError, KeyError) as error:
-        raise UsageError(f"{run / RESULTS} cannot be read ({error!r}): finish the run with train") from error
+        raise UsageError(f"{run / RESULTS} cannot be read ({error}): write it again with meshshard train") from error
 
 
 def table_rows(results: dict[str, Any]) -> list[list[str]]:

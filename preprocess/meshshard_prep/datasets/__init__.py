@@ -35,6 +35,8 @@ def read_dataset(name: str, raw: Path | None = None, tell: Callable[[str], None]
                 f"Unpack them there, or say where they are: make features DATASET={name} RAW=<folder>"
             )
         return adapter.read(root)
+    if not name:
+        raise UsageError("a data set is a known name, a folder, a mesh file or a .toml file; an empty name is none")
     path = Path(name)
     if path.suffix == ".toml" and path.is_file():
         return read_toml(path, raw)

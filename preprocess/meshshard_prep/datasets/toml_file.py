@@ -1,5 +1,6 @@
 """A data set described by a small TOML file: name, layout, raw folder, class names."""
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -35,7 +36,11 @@ def read_toml(path: Path, raw: Path | None = None) -> RawDataset:
     if not root.is_dir():
         raise UsageError(f"{path}: the raw folder {root} is not there; set raw, or give --raw")
     name = table.get("name", path.stem)
+    if not re.fullmatch(r"\w[\w. -]*", name):
+        raise UsageError(f"{path}: name is letters, digits, '_', '-', '.' and blanks, not {name!r}")
     classes = tuple(map(str, table.get("classes", ())))
+    if twice := sorted({label for label in classes if classes.count(label) > 1}):
+        raise UsageError(f"{path}: classes names {twice[0]!r} twice")
     domains = (table["label_domain"],) if "label_domain" in table else DOMAINS
     if layout == "folder":
         return read_folder(root, name=name, classes=classes, domains=domains)

@@ -29,8 +29,8 @@ class Evaluation:
         return max(self.voted, key=lambda rounds: (self.voted[rounds].accuracy(), -rounds), default=0)
 
     def row(self, rounds: int) -> dict[str, float]:
-        """One row of the results table: raw figures, and voted ones with the prefix; accuracy alone where there are no
-        faces to weigh or to vote."""
+        """One row of the results table: raw figures, and voted ones with the prefix; accuracy alone where there are
+        no faces to weigh or to vote."""
         if not self.voted:
             return {"accuracy": self.raw.accuracy()}
         voted = self.voted[rounds]

@@ -1,6 +1,5 @@
 """The verbs of the offline half: datasets, features."""
 
-import json
 import sys
 import time
 from collections.abc import Iterator
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 import typer
 
 from meshshard.commands import FEATURES, AsJson
+from meshshard.plain import to_json
 
 if TYPE_CHECKING:
     from meshshard_prep.run import Report
@@ -34,7 +34,7 @@ def datasets(as_json: AsJson = False) -> None:
             a.name: {"summary": a.summary, "licence": a.licence, "citation": a.citation, "origin": a.origin}
             for a in ADAPTERS.values()
         }
-        typer.echo(json.dumps(known, indent=1))
+        typer.echo(to_json(known))
         return
     for adapter in ADAPTERS.values():
         typer.echo(f"{adapter.name:13} {adapter.summary}\n{'':13} from {adapter.origin}")
@@ -102,8 +102,9 @@ def features(
 
 def _print_report(report: "Report", folder: Path) -> None:
     index = report.index
-    for entry in (*index.refused, *index.failed):
-        typer.echo(f"{'refused' if entry in index.refused else 'failed'}  {entry.message}")
+    for word, entries in (("refused", index.refused), ("failed", index.failed)):
+        for entry in entries:
+            typer.echo(f"{word}  {entry.message}")
     typer.echo(
         f"{index.dataset}: {len(index.ids)} stored ({report.computed} new), {len(index.refused)} refused, "
         f"{len(index.failed)} failed, in {report.seconds:.1f} s -> {folder}"

@@ -56,11 +56,13 @@ def labels_of(mesh: RawMesh, lines: Int64[np.ndarray, " L"], domains: tuple[str,
     edges have, -1 where all three differ. Edge labels are for meshes of triangles only. InvalidMesh where no count
     fits, or two do.
     """
-    edges = edges_of(mesh.faces)
-    counts = {"face": mesh.polygons, "edge": len(edges.ends), "vertex": len(mesh.vertices)}
+    counts = {"face": mesh.polygons, "vertex": len(mesh.vertices)}
     if mesh.polygons != len(mesh.faces):
         # an edge label would be held against the diagonals of the triangulation too
         domains = tuple(domain for domain in domains if domain != "edge") or ("face",)
+    if "edge" in domains:
+        edges = edges_of(mesh.faces)
+        counts["edge"] = len(edges.ends)
     fits = [domain for domain in domains if counts[domain] == len(lines)]
     if len(fits) != 1:
         expected = " or ".join(f"{counts[domain]} ({PLURAL[domain]})" for domain in domains)

@@ -60,7 +60,7 @@ def features_of(
     """Clean a mesh, compute the features of its working copy, and bring them back to every vertex of the file."""
     mesh = clean(raw.vertices, raw.faces, weld=recipe.weld, place=place)
     edges = edges_of(mesh.faces)
-    components = count_components(mesh)
+    components = count_components(edges, len(mesh.vertices))
     try:
         # One thread: the last bits of LAPACK's results depend on how many there are, and workers share the cores.
         with threadpool_limits(1):
@@ -105,11 +105,10 @@ def features_of(
     )
 
 
-def count_components(mesh: Mesh) -> int:
-    """Connected pieces of the working copy: vertices are connected when they share a face."""
-    tails, heads = mesh.faces.ravel(), np.roll(mesh.faces, -1, axis=1).ravel()
-    size = len(mesh.vertices)
-    graph = sp.coo_array((np.ones(len(tails), dtype=np.int8), (tails, heads)), shape=(size, size))
+def count_components(edges: Edges, vertices: int) -> int:
+    """Connected pieces of a mesh: vertices are connected when they share a face, and so an edge."""
+    links = (np.ones(len(edges.ends), dtype=np.int8), tuple(edges.ends.T))
+    graph = sp.coo_array(links, shape=(vertices, vertices))
     return int(connected_components(graph, directed=False)[0])
 
 

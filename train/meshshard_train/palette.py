@@ -18,7 +18,5 @@ def class_colour(number: int) -> str:
 
 def colours_of(labels: Int[np.ndarray, " n"]) -> UInt8[np.ndarray, "n 3"]:
     """Red, green and blue of each label."""
-    table = [
-        bytes.fromhex(class_colour(number)[1:]) for number in range(-1, max(int(labels.max(initial=-1)), -1) + 1)
-    ]
+    table = [bytes.fromhex(class_colour(number)[1:]) for number in range(-1, int(labels.max(initial=-1)) + 1)]
     return np.frombuffer(b"".join(table), dtype=np.uint8).reshape(-1, 3)[labels + 1]

@@ -32,7 +32,7 @@ def sample(number=0, *, level=1, recipe=PAPER, labels="faces", **names):
         "times": np.array(recipe.times),
         "centre": rng.random(3),
         "scale": 1.5,
-        "spectrum_size": size,
+        "hks_poles": 16,
         "hks_error_bound": 1e-6,
         "face_labels": np.digitize(height, [-0.3, 0.3]).astype("i2") if labels == "faces" else None,
         "id": f"mesh{number:03}",

@@ -1,10 +1,14 @@
 """The way of one mesh: arrays, or a file and its labels, to a Sample. Pure: nothing is written or remembered."""
 
+from functools import lru_cache
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sp
+from jaxtyping import Int64
 from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import connected_components
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 from meshshard.errors import InvalidMesh
 from meshshard.recipe import Recipe, find_recipe
@@ -13,16 +17,18 @@ from meshshard_prep.clean import Mesh, clean
 from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.features.adjacency import face_adjacency
 from meshshard_prep.features.areas import face_areas, vertex_areas
-from meshshard_prep.features.dihedral import mean_dihedral, official_dihedral
+from meshshard_prep.features.bridges import add_links, bridges
+from meshshard_prep.features.dihedral import mean_dihedral, mean_signed_dihedral, official_dihedral
 from meshshard_prep.features.edges import Edges, edges_of
 from meshshard_prep.features.hks import heat_kernel_signature
 from meshshard_prep.features.laplacian import laplacian
 from meshshard_prep.features.normals import vertex_normals
+from meshshard_prep.features.spectrum import Spectrum, lowest_eigenpairs
 from meshshard_prep.formats import parse_mesh
 from meshshard_prep.labels import Labels, labels_of, parse_labels
 from meshshard_prep.mesh import RawMesh
 
-ALGORITHM_VERSION = 1
+ALGORITHM_VERSION = 2
 """Raised whenever the same mesh and recipe give other numbers; stored samples of an older one are stale."""
 
 
@@ -60,35 +66,31 @@ def features_of(
     """Clean a mesh, compute the features of its working copy, and bring them back to every vertex of the file."""
     mesh = clean(raw.vertices, raw.faces, weld=recipe.weld, place=place)
     edges = edges_of(mesh.faces)
-    components = count_components(edges, len(mesh.vertices))
+    components, component_of = components_of(edges, len(mesh.vertices))
+    counts = {"components": components, "bridges": 0, "raised_areas": 0, "cut_clusters": 0}
     try:
-        # One thread: the last bits of LAPACK's results depend on how many there are, and workers share the cores.
-        with threadpool_limits(1):
+        # One thread: the last bits of BLAS's results depend on how many there are, and workers share the cores.
+        with _loaded_libraries().limit(limits=1):
             stiffness, mass = laplacian(mesh.vertices, mesh.faces, recipe)
-            hks = heat_kernel_signature(
-                stiffness,
-                mass,
-                np.array(recipe.times),
-                components=components,
-                tolerance=recipe.hks_tolerance,
-                regularisation=recipe.regularisation,
-            )
+            counts["raised_areas"] = int((mass > vertex_areas(mesh.vertices, mesh.faces)).sum())
+            if recipe.components == "bridged" and components > 1:
+                pairs, weights = bridges(mesh.vertices, edges, component_of)
+                stiffness = add_links(stiffness, pairs, weights)
+                counts["bridges"] = len(pairs)
+            hks = heat_kernel_signature(stiffness, mass, recipe.times, tolerance=recipe.hks_tolerance)
+            spectrum = lowest_eigenpairs(stiffness, mass, recipe.spectrum) if recipe.spectrum else None
     except InvalidMesh as error:
         raise InvalidMesh(error.code, error.rule, error.found, place=place, advice=error.advice) from error
     adjacency = face_adjacency(edges)
-    normals = vertex_normals(mesh.vertices, mesh.faces)
-    dihedral = mean_dihedral(mesh.vertices, mesh.faces, edges)
-    official = None
-    if recipe.official_dihedral:
-        official = mesh.to_vertices(official_dihedral(mesh.vertices, mesh.faces, adjacency)).astype(np.float32)
-    vertex_normal = mesh.to_vertices(normals)
+    vertex_normal = mesh.to_vertices(vertex_normals(mesh.vertices, mesh.faces))
+    counts["cut_clusters"] = int(spectrum is not None and spectrum.cut)
     return Sample(
         vertices=mesh.positions.astype(np.float32),
         vertex_normals=vertex_normal.astype(np.float32),
-        dihedral=mesh.to_vertices(dihedral).astype(np.float32),
+        dihedral=mesh.to_vertices(mean_dihedral(mesh.vertices, mesh.faces, edges)).astype(np.float32),
         hks=mesh.to_vertices(hks.values).astype(np.float32),
         vertex_areas=vertex_areas(mesh.positions, raw.faces).astype(np.float32),
-        dihedral_official=official,
+        **_optional_features(mesh, edges, adjacency, spectrum, recipe),
         faces=raw.faces.astype(np.int32),
         face_adjacency=_adjacency_of_file(mesh, adjacency).astype(np.int32),
         face_source=raw.face_source.astype(np.int32),
@@ -99,17 +101,43 @@ def features_of(
         times=np.array(recipe.times),
         centre=mesh.centre,
         scale=mesh.scale,
-        spectrum_size=hks.spectrum_size,
+        hks_poles=hks.poles,
         hks_error_bound=hks.error_bound,
-        diagnostics=_diagnostics(mesh, edges, components, vertex_normal, labels),
+        diagnostics=_diagnostics(mesh, edges, vertex_normal, labels) | counts,
     )
 
 
-def count_components(edges: Edges, vertices: int) -> int:
-    """Connected pieces of a mesh: vertices are connected when they share a face, and so an edge."""
+@lru_cache
+def _loaded_libraries() -> ThreadpoolController:
+    """Finding them takes longer than a small mesh."""
+    return ThreadpoolController()
+
+
+def components_of(edges: Edges, vertices: int) -> tuple[int, Int64[np.ndarray, " V"]]:
+    """Connected pieces of a mesh, how many and which each vertex is in: a shared face, and so an edge, connects."""
     links = (np.ones(len(edges.ends), dtype=np.int8), tuple(edges.ends.T))
     graph = sp.coo_array(links, shape=(vertices, vertices))
-    return int(connected_components(graph, directed=False)[0])
+    count, member = connected_components(graph, directed=False)
+    return int(count), member.astype(np.int64)
+
+
+def _optional_features(
+    mesh: Mesh, edges: Edges, adjacency: np.ndarray, spectrum: Spectrum | None, recipe: Recipe
+) -> dict[str, Any]:
+    """What the recipe asks for beyond the standard fields, as fields of a sample."""
+    found: dict[str, Any] = {}
+    if recipe.signed_dihedral:
+        signed = mean_signed_dihedral(mesh.vertices, mesh.faces, edges)
+        found["dihedral_signed"] = mesh.to_vertices(signed).astype(np.float32)
+    if recipe.official_dihedral:
+        official = official_dihedral(mesh.vertices, mesh.faces, adjacency)
+        found["dihedral_official"] = mesh.to_vertices(official).astype(np.float32)
+    if spectrum is not None:
+        # every mesh of a shard has as many columns, also one with fewer vertices
+        missing = recipe.spectrum - len(spectrum.values)
+        found["eigenvalues"] = np.pad(spectrum.values, (0, missing), constant_values=np.nan)
+        found["eigenvectors"] = np.pad(mesh.to_vertices(spectrum.modes), ((0, 0), (0, missing))).astype(np.float32)
+    return found
 
 
 def _adjacency_of_file(mesh: Mesh, adjacency: np.ndarray) -> np.ndarray:
@@ -119,9 +147,7 @@ def _adjacency_of_file(mesh: Mesh, adjacency: np.ndarray) -> np.ndarray:
     return result
 
 
-def _diagnostics(
-    mesh: Mesh, edges: Edges, components: int, normals: np.ndarray, labels: Labels | None
-) -> dict[str, int]:
+def _diagnostics(mesh: Mesh, edges: Edges, normals: np.ndarray, labels: Labels | None) -> dict[str, int]:
     found = None if labels is None else labels.faces if labels.faces is not None else labels.vertices
     return {
         "unreferenced_vertices": int((mesh.vertex_map < 0).sum()),
@@ -130,7 +156,6 @@ def _diagnostics(
         "zero_area_faces": int((face_areas(mesh.vertices, mesh.faces) == 0).sum()),
         "boundary_edges": int((edges.count == 1).sum()),
         "nonmanifold_edges": int((edges.count > 2).sum()),
-        "components": components,
         "undefined_normals": int((~normals.any(axis=1)).sum()),
         "unlabelled": 0 if found is None else int((found < 0).sum()),
     }

@@ -14,7 +14,17 @@ VERBS = ("datasets", "features", "info", "status", "verify", "train", "evaluate"
 """Order in `--help`; verbs that others add follow."""
 
 EXTRAS = {
-    "preprocess": ("igl", "scipy", "joblib", "robust_laplacian", "plyfile", "skimage", "threadpoolctl"),
+    "preprocess": (
+        "igl",
+        "scipy",
+        "joblib",
+        "robust_laplacian",
+        "plyfile",
+        "skimage",
+        "threadpoolctl",
+        "numba",
+        "platformdirs",
+    ),
     "train": ("torch", "safetensors", "matplotlib"),
 }
 """Extra -> top-level modules that it brings."""

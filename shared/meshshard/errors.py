@@ -19,9 +19,9 @@ REFUSALS = {
     "no-faces": "The mesh has no faces, or none with three different corners.",
     "not-finite": "A coordinate is NaN or infinite.",
     "no-extent": "All vertices that faces use lie in one point, or so far apart that squares overflow.",
-    "too-large": "The mesh is larger than the chosen engine can take.",
     "laplacian-not-finite": "The Laplacian of the recipe has NaN or infinite entries on this mesh.",
-    "bad-spectrum": "The eigenvalues that must be 0, one for each component, are not: the HKS would be too inexact.",
+    "inexact-hks": "The error bound of the heat kernel signature exceeds the recipe's tolerance.",
+    "bad-spectrum": "The eigenpairs asked for could not be computed to their tolerance, or not all were found.",
     # labels
     "no-labels": "The label file that the layout asks for is not there.",
     "bad-label": "A line of the label file is not an integer, or not one of the data set's classes.",

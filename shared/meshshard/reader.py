@@ -79,9 +79,10 @@ class Shard:
         for fields, pointer in ((PER_VERTEX, "vertex_ptr"), (PER_FACE, "face_ptr")):
             rows = slice(int(columns[pointer][row]), int(columns[pointer][row + 1]))
             values |= {f.name: columns[f.name][rows] for f in fields if f.name in columns}
-        plain = [f for f in PER_MESH if f.name not in DIAGNOSTICS and f.name not in ("sample_digest", "centre")]
-        values |= {f.name: columns[f.name][row].item() for f in plain}
-        values["centre"] = columns["centre"][row]
+        for field in PER_MESH:
+            if field.name in columns and field.name not in DIAGNOSTICS and field.name != "sample_digest":
+                value = columns[field.name][row]
+                values[field.name] = value if len(field.axes) > 1 else value.item()
         values["diagnostics"] = {name: int(columns[name][row]) for name in DIAGNOSTICS}
         return Sample(**values)
 
@@ -168,6 +169,8 @@ def _check_shapes(columns: dict[str, np.ndarray], path: Path) -> None:
             raise InvalidShard(f"{path}: {pointer!r} does not rise from 0")
         sizes[axis] = int(values[-1])
     sizes["T"] = len(columns["times"])
+    if "eigenvalues" in columns:
+        sizes["K"] = columns["eigenvalues"].shape[-1]
     for field in FIELDS:
         if field.name in columns:
             wanted = tuple(sizes.get(axis, axis) for axis in field.axes)

@@ -21,21 +21,30 @@ class Recipe:
 
     `laplacian`: "robust" is the intrinsic-Delaunay Laplacian of the tufted cover (Sharp and Crane 2020), "cotangent"
     the plain one. `regularisation` times the identity is added to it. `weld` merges vertices at the same point on the
-    working copy. `hks_tolerance` is the relative error that HKS values may have against the full spectrum.
-    `official_dihedral` adds the published code's three channels as the field `dihedral_official`.
+    working copy. `components`: "separate" pieces do not feel each other's heat, "bridged" ones are joined by weak
+    links. `hks_tolerance` is the relative error that HKS values may have against the full spectrum.
+    `signed_dihedral` adds the mean signed angle as the field `dihedral_signed`, `official_dihedral` the published
+    code's three channels as `dihedral_official`, `spectrum` that many of the lowest eigenpairs.
     """
 
     name: str
     laplacian: str = "robust"
     regularisation: float = 0.0
     weld: bool = True
+    components: str = "separate"
     times: tuple[float, ...] = log_spaced(1e-2, 1.0, 16)
     hks_tolerance: float = 1e-5
+    signed_dihedral: bool = False
     official_dihedral: bool = False
+    spectrum: int = 0
 
     def __post_init__(self) -> None:
         if self.laplacian not in ("robust", "cotangent"):
             raise UsageError(f"recipe {self.name}: laplacian is 'robust' or 'cotangent', not {self.laplacian!r}")
+        if self.components not in ("separate", "bridged"):
+            raise UsageError(f"recipe {self.name}: components is 'separate' or 'bridged', not {self.components!r}")
+        if self.spectrum < 0:
+            raise UsageError(f"recipe {self.name}: spectrum is a number of eigenpairs, not {self.spectrum}")
         if not self.times or not all(isfinite(t) and t > 0 for t in self.times):
             raise UsageError(f"recipe {self.name}: times are finite numbers above 0, not {self.times}")
         if not (isfinite(self.regularisation) and self.regularisation >= 0):

@@ -15,6 +15,9 @@ DIAGNOSTICS = {
     "boundary_edges": "edges with one face",
     "nonmanifold_edges": "edges with three faces or more",
     "components": "connected pieces (faces that share a vertex)",
+    "bridges": "links between pieces, with recipe components = bridged",
+    "raised_areas": "vertices with next to no area, for the Laplacian raised to a millionth of equilateral faces'",
+    "cut_clusters": "1 where the last eigenvalue stored equals the next one (to 1e-6), 0 elsewhere",
     "undefined_normals": "vertices whose normal is 0: unreferenced, or faces that cancel or have no area",
     "unlabelled": "faces (or vertices, where those are labelled) with label -1 in a labelled mesh",
 }
@@ -29,6 +32,8 @@ class Sample:
     vertex_normals: unit, angle-weighted; 0 where undefined.
     dihedral: mean turning angle over a vertex's interior edges, radians; flat 0, folded shut pi.
     hks: heat kernel signature at `times`, unscaled; 0 at unreferenced vertices.
+    dihedral_signed: the same with signs, convex positive; dihedral_official: the published code's three channels.
+    eigenvalues, eigenvectors: the K lowest, mass-orthonormal; NaN and 0 beyond a smaller mesh's last.
     vertex_areas: barycentric lumped areas of the normalised mesh.
     faces: triangles; face_source: the file's polygon each came from.
     face_adjacency: neighbour across edges (0,1), (1,2), (2,0); -1 at a border or non-manifold edge.
@@ -47,11 +52,14 @@ class Sample:
     times: Float64[np.ndarray, " T"]
     centre: Float64[np.ndarray, " 3"]
     scale: float
-    spectrum_size: int
+    hks_poles: int
     hks_error_bound: float
     face_labels: Int16[np.ndarray, " F"] | None = None
     vertex_labels: Int16[np.ndarray, " V"] | None = None
+    dihedral_signed: Float32[np.ndarray, " V"] | None = None
     dihedral_official: Float32[np.ndarray, "V 3"] | None = None
+    eigenvalues: Float64[np.ndarray, " K"] | None = None
+    eigenvectors: Float32[np.ndarray, "V K"] | None = None
     mesh_label: int = -1
     diagnostics: Mapping[str, int] = field(default_factory=lambda: dict.fromkeys(DIAGNOSTICS, 0))
     id: str = ""
@@ -104,10 +112,13 @@ DIGESTED = (
     "times",
     "centre",
     "scale",
-    "spectrum_size",
+    "hks_poles",
     "hks_error_bound",
     "face_labels",
     "vertex_labels",
+    "dihedral_signed",
     "dihedral_official",
+    "eigenvalues",
+    "eigenvectors",
     "mesh_label",
 )

@@ -14,7 +14,7 @@ FORMAT_VERSION = 1
 class Field:
     """One data set of a shard.
 
-    `axes`: V vertices of all meshes, F faces of all meshes, N meshes, N+1 pointers, T times, or a number.
+    `axes`: V vertices and F faces of all meshes, N meshes, N+1 pointers, T times, K eigenpairs, or a number.
     `dtype`: a little-endian numpy type, or "str" for fixed-length UTF-8 padded with zeros.
     """
 
@@ -45,7 +45,16 @@ FIELDS = (
     Field("dihedral", ("V",), "f4", "radian", "mean turning angle of the interior edges; flat 0, folded shut pi"),
     Field("hks", ("V", "T"), "f4", "1/radius^2", "heat kernel signature at `times`; 0 at unreferenced vertices"),
     Field("vertex_areas", ("V",), "f4", "radius^2", "barycentric lumped areas; they sum to the surface area"),
+    Field("dihedral_signed", ("V",), "f4", "radian", "mean signed turning angle; convex positive", required=False),
     Field("dihedral_official", ("V", 3), "f4", "1", "the published code's three channels", required=False),
+    Field(
+        "eigenvectors",
+        ("V", "K"),
+        "f4",
+        "1/radius",
+        "of the Laplacian, mass-orthonormal; 0 at unreferenced vertices",
+        required=False,
+    ),
     Field("vertex_labels", ("V",), "i2", "class", "0-based class, -1 unlabelled", required=False),
     Field("faces", ("F", 3), "i4", "1", "corners, indices into the mesh's own vertices, file order"),
     Field(
@@ -69,7 +78,15 @@ FIELDS = (
     Field("mesh_label", ("N",), "i4", "class", "class of the whole mesh, -1 none"),
     Field("centre", ("N", 3), "f8", "file unit", "vertex mean that was subtracted"),
     Field("scale", ("N",), "f8", "file unit", "maximum radius that was divided by"),
-    Field("spectrum_size", ("N",), "i4", "1", "eigenpairs used for hks"),
+    Field(
+        "eigenvalues",
+        ("N", "K"),
+        "f8",
+        "1/radius^2",
+        "the K lowest, rising; NaN where a mesh has fewer",
+        required=False,
+    ),
+    Field("hks_poles", ("N",), "i4", "1", "poles of the rational sum that hks was computed with"),
     Field(
         "hks_error_bound",
         ("N",),

@@ -1,43 +1,62 @@
 """Turning angles across edges, and their means at vertices."""
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Bool, Float64, Int64
 
 from meshshard_prep.features.edges import Edges
-from meshshard_prep.features.normals import face_normals
+from meshshard_prep.features.normals import cross, face_normals
 
 
 def turning_angles(
     vertices: Float64[np.ndarray, "V 3"], faces: Int64[np.ndarray, "F 3"], edges: Edges
-) -> tuple[Int64[np.ndarray, " P"], Float64[np.ndarray, " P"]]:
-    """Interior edges and the angle between the normals of their two faces, radians: flat 0, folded shut pi.
+) -> tuple[Int64[np.ndarray, " P"], Float64[np.ndarray, " P"], Bool[np.ndarray, " P"]]:
+    """Interior edges, the angle between the normals of their two faces, and whether these are wound alike.
 
-    The two faces are oriented alike across the edge first, so the angle does not depend on how faces are wound.
-    Edges of a face without area are left out: it has no normal.
+    Radians: flat 0, folded shut pi, negative where the surface bends towards the normals (a concave edge). Faces
+    that are not wound alike are oriented so first; their angle's sign is as the first of them sees it. Edges of a
+    face without area are left out: it has no normal.
     """
-    interior, halves = edges.pairs()
+    interior, halves = edges.pairs
     normals = face_normals(vertices, faces)
     left, right = normals[halves[:, 0] // 3], normals[halves[:, 1] // 3]
     tails = faces.ravel()[halves]
-    same_direction = tails[:, 0] == tails[:, 1]
-    right = np.where(same_direction[:, None], -right, right)
-    sine = np.linalg.norm(np.cross(left, right), axis=1)
-    angle = np.arctan2(sine, np.einsum("pi,pi->p", left, right))
+    alike = tails[:, 0] != tails[:, 1]
+    right = np.where(alike[:, None], right, -right)
+    axis = cross(left, right)
+    angle = np.arctan2(np.linalg.norm(axis, axis=1), np.einsum("pi,pi->p", left, right))
+    along = vertices[faces[:, [1, 2, 0]].ravel()[halves[:, 0]]] - vertices[tails[:, 0]]
+    angle = np.where(np.einsum("pi,pi->p", axis, along) < 0, -angle, angle)
     defined = left.any(axis=1) & right.any(axis=1)
-    return interior[defined], angle[defined]
+    return interior[defined], angle[defined], alike[defined]
 
 
 def mean_dihedral(
     vertices: Float64[np.ndarray, "V 3"], faces: Int64[np.ndarray, "F 3"], edges: Edges
 ) -> Float64[np.ndarray, " V"]:
-    """Mean turning angle at a vertex over its interior edges, radians. Flat is 0, folded shut pi.
+    """Mean size of the turning angle at a vertex over its interior edges, radians. Flat is 0, folded shut pi.
 
     Border and non-manifold edges are left out; a vertex without interior edge gets 0.
     """
-    interior, angle = turning_angles(vertices, faces, edges)
-    ends = edges.ends[interior]
-    total = np.bincount(ends.ravel(), np.repeat(angle, 2), minlength=len(vertices))
-    count = np.bincount(ends.ravel(), minlength=len(vertices))
+    interior, angle, _ = turning_angles(vertices, faces, edges)
+    return _mean_at_vertices(edges.ends[interior], np.abs(angle), len(vertices))
+
+
+def mean_signed_dihedral(
+    vertices: Float64[np.ndarray, "V 3"], faces: Int64[np.ndarray, "F 3"], edges: Edges
+) -> Float64[np.ndarray, " V"]:
+    """`mean_dihedral` with signs: convex positive, concave negative, where the faces' normals point outward.
+
+    An edge whose two faces are not wound alike has no outside, and is left out too.
+    """
+    interior, angle, alike = turning_angles(vertices, faces, edges)
+    return _mean_at_vertices(edges.ends[interior[alike]], angle[alike], len(vertices))
+
+
+def _mean_at_vertices(
+    ends: Int64[np.ndarray, "P 2"], angle: Float64[np.ndarray, " P"], vertices: int
+) -> Float64[np.ndarray, " V"]:
+    total = np.bincount(ends.ravel(), np.repeat(angle, 2), minlength=vertices)
+    count = np.bincount(ends.ravel(), minlength=vertices)
     return total / np.maximum(count, 1)
 
 

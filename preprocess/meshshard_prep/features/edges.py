@@ -1,6 +1,7 @@
 """Edges of a triangle mesh, numbered as they are met."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Int64
@@ -17,6 +18,7 @@ class Edges:
     of_face: Int64[np.ndarray, "F 3"]
     count: Int64[np.ndarray, " E"]
 
+    @cached_property
     def pairs(self) -> tuple[Int64[np.ndarray, " P"], Int64[np.ndarray, "P 2"]]:
         """Interior edges, those with exactly two faces: their numbers and their two half-edges (3 * face + side)."""
         sides = np.argsort(self.of_face.ravel(), kind="stable")

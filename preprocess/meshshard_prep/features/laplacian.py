@@ -8,7 +8,7 @@ from jaxtyping import Float64, Int64
 
 from meshshard.errors import InvalidMesh
 from meshshard.recipe import Recipe
-from meshshard_prep.features.areas import vertex_areas
+from meshshard_prep.features.areas import positive_areas
 
 
 def laplacian(
@@ -18,13 +18,14 @@ def laplacian(
     vertex in a face with three different corners.
 
     "robust": Sharp and Crane, A Laplacian for Nonmanifold Triangle Meshes, 2020. "cotangent": Pinkall and Polthier
-    1993 with barycentric mass. InvalidMesh where an entry is not finite or a mass is not positive.
+    1993. The mass is barycentric with both (`positive_areas`). InvalidMesh where an entry is not finite.
     """
+    mass = positive_areas(vertices, faces)
     if recipe.laplacian == "robust":
-        stiffness, mass_matrix = robust_laplacian.mesh_laplacian(vertices, faces)
-        mass = mass_matrix.diagonal()
+        # not with its own mass: that is of the flipped triangles, and jumps where four vertices lie on a circle
+        stiffness, _ = robust_laplacian.mesh_laplacian(vertices, faces)
     else:
-        stiffness, mass = -igl.cotmatrix(vertices, faces), vertex_areas(vertices, faces)
+        stiffness = -igl.cotmatrix(vertices, faces)
     stiffness = sp.csc_matrix(stiffness)
     if recipe.regularisation:
         stiffness = stiffness + recipe.regularisation * sp.identity(len(vertices), format="csc")

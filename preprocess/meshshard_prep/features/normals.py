@@ -7,7 +7,13 @@ from jaxtyping import Float64, Int64
 def face_normals(vertices: Float64[np.ndarray, "V 3"], faces: Int64[np.ndarray, "F 3"]) -> Float64[np.ndarray, "F 3"]:
     """Cross product of two sides: twice the area long, outward for counter-clockwise faces."""
     a, b, c = (vertices[faces[:, i]] for i in range(3))
-    return np.cross(b - a, c - a)
+    return cross(b - a, c - a)
+
+
+def cross(a: Float64[np.ndarray, "N 3"], b: Float64[np.ndarray, "N 3"]) -> Float64[np.ndarray, "N 3"]:
+    """a x b, row by row; `np.cross` takes twice the time."""
+    (x, y, z), (u, v, w) = a.T, b.T
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1)
 
 
 def vertex_normals(

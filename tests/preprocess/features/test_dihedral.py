@@ -3,7 +3,7 @@ import pytest
 from shapes import FAMILY, box, grid, rotation
 
 from meshshard_prep.features.adjacency import face_adjacency
-from meshshard_prep.features.dihedral import mean_dihedral, official_dihedral, turning_angles
+from meshshard_prep.features.dihedral import mean_dihedral, mean_signed_dihedral, official_dihedral, turning_angles
 from meshshard_prep.features.edges import edges_of
 
 
@@ -15,7 +15,7 @@ def mean_of(vertices, faces):
 def test_integral_mean_curvature_of_a_box(a, b, c):
     vertices, faces = box(a, b, c)
     edges = edges_of(faces)
-    interior, angle = turning_angles(vertices, faces, edges)
+    interior, angle, _ = turning_angles(vertices, faces, edges)
     ends = vertices[edges.ends[interior]]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     assert (angle * length).sum() == pytest.approx(2 * np.pi * (a + b + c), rel=1e-13)
@@ -27,6 +27,31 @@ def test_one_hinge(turn):
     vertices = np.array([[0, 0, 0], [0, 1, 0], [-1, 0.5, 0], [np.cos(turn), 0.5, np.sin(turn)]])
     faces = np.array([[0, 1, 2], [1, 0, 3]])
     np.testing.assert_allclose(mean_of(vertices, faces), [turn, turn, 0, 0], atol=1e-12)
+    signed = mean_signed_dihedral(vertices, faces, edges_of(faces))
+    up = [-turn, -turn, 0, 0]  # normals point up, and the second triangle rises towards them: concave
+    np.testing.assert_allclose(
+        signed if turn < np.pi else np.abs(signed), up if turn < np.pi else np.abs(up), atol=1e-12
+    )
+
+
+def test_signed_is_positive_at_convex_and_negative_at_concave_edges():
+    vertices, faces = box(1, 2, 3)
+    edges = edges_of(faces)
+    outward, inward = (mean_signed_dihedral(vertices, f, edges_of(f)) for f in (faces, faces[:, ::-1]))
+    np.testing.assert_allclose(outward, mean_dihedral(vertices, faces, edges))
+    np.testing.assert_allclose(inward, -outward)
+    rotated = mean_signed_dihedral(5 * vertices @ rotation(2), faces, edges)
+    np.testing.assert_allclose(rotated, outward, atol=1e-12)
+
+
+def test_signed_leaves_out_edges_without_an_outside():
+    """A strip of three triangles, the last wound as the others or against them."""
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 1], [0, 2, 3]], dtype=float)
+    alike, against = (np.array([[0, 1, 2], [1, 3, 2], last]) for last in ([2, 3, 4], [2, 4, 3]))
+    without = alike[:2]
+    signed = [mean_signed_dihedral(vertices, faces, edges_of(faces)) for faces in (alike, against, without)]
+    np.testing.assert_array_equal(signed[1], signed[2])
+    assert np.abs(signed[0][[2, 3]] - signed[2][[2, 3]]).min() > 0.01
 
 
 def test_flat_sheet_and_border():

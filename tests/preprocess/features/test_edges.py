@@ -47,7 +47,7 @@ def test_order_on_random_soups():
 def test_pairs_are_the_two_sides_of_interior_edges():
     _, faces = FAMILY["fin"]
     edges = edges_of(faces)
-    interior, halves = edges.pairs()
+    interior, halves = edges.pairs
     assert (edges.count[interior] == 2).all()
     assert (edges.of_face.ravel()[halves] == interior[:, None]).all()
     assert (halves[:, 0] != halves[:, 1]).all()

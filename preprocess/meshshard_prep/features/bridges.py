@@ -1,0 +1,67 @@
+"""Weak links between the pieces of a mesh, so that heat can flow from one to the next."""
+
+import numpy as np
+import scipy.sparse as sp
+from jaxtyping import Float64, Int64
+from scipy.sparse.csgraph import minimum_spanning_tree
+from scipy.spatial import Delaunay
+
+from meshshard_prep.features.edges import Edges
+
+MOST = 1e6
+"""Largest weight of a link: where pieces touch they are as good as joined."""
+
+AROUND = 10.0 * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+"""Corners of a tetrahedron around a mesh of size 1: then points in one plane have Delaunay tetrahedra too."""
+
+
+def bridges(
+    vertices: Float64[np.ndarray, "V 3"], edges: Edges, piece_of: Int64[np.ndarray, " V"]
+) -> tuple[Int64[np.ndarray, "B 2"], Float64[np.ndarray, " B"]]:
+    """The links that join the pieces into one, shortest first: pairs of vertices, and their weights.
+
+    Links run between the nearest vertices of two pieces, along the minimum spanning tree of the gaps between pieces.
+    A link over a gap d between vertices with mean edge length l has the weight l / d, a pure number like the
+    cotangent weights: it conducts as a strip of the surface would that is l wide and d long. So far pieces are
+    joined weakly, pieces that touch as if by a common vertex, and nothing depends on the unit.
+    """
+    pairs, gaps = _shortest_gaps(vertices, piece_of)
+    rank = sp.coo_array((np.arange(1, len(gaps) + 1), tuple(piece_of[pairs].T)), shape=(piece_of.max() + 1,) * 2)
+    kept = np.sort(minimum_spanning_tree(rank.tocsr()).data.astype(np.int64)) - 1
+    pairs, gaps = pairs[kept], gaps[kept]
+    lengths = np.linalg.norm(vertices[edges.ends[:, 0]] - vertices[edges.ends[:, 1]], axis=1)
+    total = np.bincount(edges.ends.ravel(), np.repeat(lengths, 2), minlength=len(vertices))
+    mean = total / np.bincount(edges.ends.ravel(), minlength=len(vertices))
+    width = mean[pairs].mean(axis=1)
+    return pairs, width / np.maximum(gaps, width / MOST)
+
+
+def _shortest_gaps(
+    vertices: Float64[np.ndarray, "V 3"], piece_of: Int64[np.ndarray, " V"]
+) -> tuple[Int64[np.ndarray, "G 2"], Float64[np.ndarray, " G"]]:
+    """For neighbouring pieces the nearest two vertices, the smaller piece's number first, by rising distance.
+
+    The shortest link between any two sets of points is an edge of the Delaunay tetrahedra, so those are enough.
+    """
+    tetrahedra = Delaunay(np.vstack([vertices, np.abs(vertices).max() * AROUND]))
+    sides = [tetrahedra.simplices[:, [i, j]] for i in range(4) for j in range(i)]
+    pairs = np.concatenate([*sides, tetrahedra.coplanar[:, [0, 2]]]).astype(np.int64)  # coplanar: points met twice
+    pairs = pairs[(pairs < len(vertices)).all(axis=1)]
+    pairs = pairs[piece_of[pairs[:, 0]] != piece_of[pairs[:, 1]]]
+    swap = piece_of[pairs[:, 0]] > piece_of[pairs[:, 1]]
+    pairs[swap] = pairs[swap][:, ::-1]
+    gaps = np.linalg.norm(vertices[pairs[:, 0]] - vertices[pairs[:, 1]], axis=1)
+    order = np.lexsort((pairs[:, 1], pairs[:, 0], gaps))
+    _, first = np.unique(piece_of[pairs[order]], axis=0, return_index=True)
+    nearest = order[np.sort(first)]
+    return pairs[nearest], gaps[nearest]
+
+
+def add_links(
+    stiffness: sp.csc_matrix, pairs: Int64[np.ndarray, "B 2"], weights: Float64[np.ndarray, " B"]
+) -> sp.csc_matrix:
+    """The Laplacian with further edges of these weights."""
+    a, b = pairs.T
+    rows, columns = np.concatenate([a, b, a, b]), np.concatenate([a, b, b, a])
+    values = np.concatenate([weights, weights, -weights, -weights])
+    return sp.csc_matrix(stiffness + sp.coo_array((values, (rows, columns)), shape=stiffness.shape))

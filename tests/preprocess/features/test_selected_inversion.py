@@ -1,0 +1,200 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.sparse as sp
+from shapes import FAMILY, bumpy
+
+import meshshard_prep
+from meshshard.recipe import RECIPES
+from meshshard_prep.features.compiled import compiled
+from meshshard_prep.features.lanes import LANES, add_product, lane_rows, subtract_product
+from meshshard_prep.features.laplacian import laplacian
+from meshshard_prep.features.selected_inversion import (
+    count_below,
+    factorise,
+    inverse_diagonals,
+    invert_on_pattern,
+    solve,
+)
+from meshshard_prep.features.sparse_factor import fill_reducing_order, structure_of
+
+SHIFTS = np.array([3 + 1j, 40 + 30j, -5 + 2j])
+
+
+def random_matrix(size, seed, density=0.1):
+    """Sparse, symmetric, indefinite; possibly in pieces."""
+    rng = np.random.default_rng(seed)
+    half = sp.random_array((size, size), density=density, rng=rng, data_sampler=rng.standard_normal)
+    return sp.csc_matrix(half + half.T + sp.diags_array(rng.standard_normal(size)))
+
+
+def mesh_matrix(name):
+    stiffness, mass = laplacian(*FAMILY[name], RECIPES["paper"])
+    scaling = sp.diags_array(1 / np.sqrt(mass))
+    return sp.csc_matrix(scaling @ stiffness @ scaling)
+
+
+MATRICES = {
+    "one": sp.csc_matrix(np.array([[2.0]])),
+    "diagonal": sp.csc_matrix(np.diag([1.0, 2.0, 3.0])),
+    "dense": random_matrix(12, 0, density=0.9),
+    **{f"random-{size}": random_matrix(size, size) for size in (2, 5, 30, 80)},
+    **{name: mesh_matrix(name) for name in FAMILY},
+}
+
+
+def factored(matrix, shifts):
+    """Dense L and D of every lane, and what the next steps take."""
+    structure = structure_of(matrix)
+    size = matrix.shape[0]
+    low, inverse, work = lane_rows(len(structure.rows)), lane_rows(size), lane_rows(size)
+    lanes = np.stack([np.resize(shifts, LANES).real, np.resize(shifts, LANES).imag])
+    columns = matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32), matrix.data
+    factorise(*columns, lanes, structure.parent, structure.start, structure.rows, low, inverse, work)
+    return structure, low, inverse
+
+
+@pytest.mark.parametrize(("product", "sign"), [(add_product, 1), (subtract_product, -1)])
+def test_products_of_lanes(product, sign):
+    rng = np.random.default_rng(0)
+    target, a, b = (lane_rows(3) for _ in range(3))
+    for array in (target, a, b):
+        assert array.ctypes.data % 64 == 0
+        array[:] = rng.standard_normal(array.shape)
+    as_complex = [array[:, 0] + 1j * array[:, 1] for array in (target, a, b)]
+
+    @compiled
+    def run(target, a, b):
+        product(target, 1, a, 2, b, 0)
+
+    run(target, a, b)
+    as_complex[0][1] += sign * as_complex[1][2] * as_complex[2][0]
+    np.testing.assert_allclose(target[:, 0] + 1j * target[:, 1], as_complex[0], rtol=1e-15)
+
+
+@pytest.mark.parametrize("name", MATRICES)
+def test_pattern_is_that_of_a_dense_factor(name):
+    matrix = MATRICES[name]
+    size = matrix.shape[0]
+    structure = structure_of(matrix)
+    positive = abs(matrix).toarray() * np.random.default_rng(1).uniform(1, 2, matrix.shape)
+    positive += positive.T + np.diag(10 * positive.sum(axis=1) + 1)  # no entry of its factor cancels
+    factor = np.linalg.cholesky(positive)
+    for column in range(size):
+        rows = structure.rows[structure.start[column] : structure.start[column + 1]]
+        below = np.flatnonzero(np.abs(factor[:, column]) > 1e-200)
+        np.testing.assert_array_equal(rows, below[below > column])
+        assert structure.parent[column] == (rows[0] if len(rows) else -1)
+
+
+@pytest.mark.parametrize("name", MATRICES)
+def test_factor_multiplies_back(name):
+    matrix = MATRICES[name]
+    structure, low, inverse = factored(matrix, SHIFTS)
+    for lane, shift in enumerate(SHIFTS):
+        lower = np.eye(matrix.shape[0], dtype=complex)
+        for column in range(len(lower)):
+            entries = slice(structure.start[column], structure.start[column + 1])
+            lower[structure.rows[entries], column] = low[entries, 0, lane] + 1j * low[entries, 1, lane]
+        diagonal = 1 / (inverse[:, 0, lane] + 1j * inverse[:, 1, lane])
+        expected = matrix.toarray() - shift * np.eye(len(lower))
+        np.testing.assert_allclose(lower * diagonal @ lower.T, expected, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", MATRICES)
+def test_solves_and_inverts_on_the_pattern(name):
+    matrix = MATRICES[name]
+    size = matrix.shape[0]
+    structure, low, inverse = factored(matrix, SHIFTS)
+    rng = np.random.default_rng(2)
+    vector, spare = lane_rows(size), lane_rows(1)
+    vector[:] = rng.standard_normal(vector.shape)
+    right = vector[:, 0] + 1j * vector[:, 1]
+    solve(structure.start, structure.rows, low, inverse, vector, spare)
+    longest = max(1, int(np.diff(structure.start).max()))
+    invert_on_pattern(structure.start, structure.rows, low, inverse, lane_rows(longest), lane_rows(longest))
+    for lane, shift in enumerate(SHIFTS):
+        expected = np.linalg.inv(matrix.toarray() - shift * np.eye(size))
+        np.testing.assert_allclose(
+            vector[:, 0, lane] + 1j * vector[:, 1, lane], expected @ right[:, lane], atol=1e-11
+        )
+        np.testing.assert_allclose(inverse[:, 0, lane] + 1j * inverse[:, 1, lane], np.diag(expected), atol=1e-11)
+        columns = np.repeat(np.arange(size), np.diff(structure.start))
+        on_pattern = expected[structure.rows, columns]
+        np.testing.assert_allclose(low[:, 0, lane] + 1j * low[:, 1, lane], on_pattern, atol=1e-11)
+
+
+@pytest.mark.parametrize("count", [1, LANES - 1, LANES, LANES + 1, 3 * LANES])
+def test_any_number_of_shifts(count):
+    matrix = MATRICES["bumpy"]
+    shifts = np.linspace(1, 50, count) + 1j * np.linspace(2, 9, count)
+    probe = np.random.default_rng(3).uniform(0.5, 2, matrix.shape[0])
+    diagonals, rounding = inverse_diagonals(matrix, shifts, probe)
+    for column, shift in enumerate(shifts):
+        expected = np.diag(np.linalg.inv(matrix.toarray() - shift * np.eye(len(probe))))
+        np.testing.assert_allclose(diagonals[:, column], expected, rtol=1e-11)
+    assert rounding.shape == (count,)
+    assert (rounding < 1e-12).all()
+
+
+def test_rounding_is_seen():
+    """A matrix whose rows cancel to one part in 1e12 cannot be solved to more than the other four digits."""
+    stiffness = sp.csc_matrix(1e12 * np.array([[1.0, -1.0], [-1.0, 1.0]]) * (1 / 3))
+    _, rounding = inverse_diagonals(stiffness, np.array([0.1 + 0.1j]), np.array([1.0, 1 + 1e-7]))
+    assert 1e-7 < rounding[0] < 1e-1
+
+
+def test_order_is_a_permutation_that_saves_fill():
+    stiffness, _ = laplacian(*bumpy(0, 4), RECIPES["paper"])
+    order = fill_reducing_order(stiffness)
+    assert sorted(order) == list(range(stiffness.shape[0]))
+    shuffled = np.random.default_rng(0).permutation(len(order))
+    fill = [len(structure_of(sp.csc_matrix(stiffness[o][:, o])).rows) for o in (order, shuffled)]
+    assert fill[0] < fill[1] / 5
+
+
+def test_order_looks_at_the_pattern_alone():
+    matrix = MATRICES["random-80"]
+    other = matrix.copy()
+    other.data = np.random.default_rng(0).uniform(1e-300, 1e300, other.nnz)
+    np.testing.assert_array_equal(fill_reducing_order(matrix), fill_reducing_order(other))
+
+
+@pytest.mark.parametrize("name", [n for n in MATRICES if n != "one"])
+def test_inertia(name):
+    matrix = MATRICES[name]
+    values = scipy.linalg.eigvalsh(matrix.toarray())
+    widest = int(np.argmax(np.diff(values)))
+    assert count_below(matrix, (values[widest] + values[widest + 1]) / 2) == widest + 1
+
+
+@pytest.mark.parametrize("writable", [True, False])
+def test_compiles_with_and_without_a_cache(tmp_path, writable):
+    """An installation that cannot be written to, for a user without a home."""
+    package = tmp_path / "meshshard_prep"
+    (package / "features").mkdir(parents=True)
+    source = Path(meshshard_prep.__file__).parent / "features"
+    for name in ("compiled.py", "sparse_factor.py"):
+        (package / "features" / name).write_bytes((source / name).read_bytes())
+    for folder in (package, package / "features"):
+        (folder / "__init__.py").write_text("")
+    home = tmp_path / "home"
+    if not writable:
+        (package / "features" / "__pycache__").write_text("no folder")
+        home.write_text("no folder either")
+    script = (
+        "import numpy as np; from meshshard_prep.features.sparse_factor import elimination_tree as tree;"
+        "print(tree(np.array([0, 2, 4]), np.array([0, 1, 0, 1], dtype='i4'))[0].tolist())"
+    )
+    kept = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA", "XDG"))}
+    environment = kept | {"PYTHONPATH": str(tmp_path), "HOME": str(home), "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env=environment, cwd=tmp_path, check=False
+    )
+    assert done.stdout.strip() == "[1, -1]", done.stderr
+    assert any(tmp_path.rglob("*.nbi")) == writable

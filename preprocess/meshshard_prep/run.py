@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import joblib
+import numpy as np
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from meshshard.errors import InvalidMesh, UsageError
@@ -16,8 +17,10 @@ from meshshard.recipe import Recipe
 from meshshard_prep import staging
 from meshshard_prep.datasets.layout import Entry, RawDataset
 from meshshard_prep.pack import publish_dataset
-from meshshard_prep.pipeline import ALGORITHM_VERSION, compute_sample
+from meshshard_prep.pipeline import ALGORITHM_VERSION, compute_features, compute_sample
 from meshshard_prep.plan import Before, Job, key_of, make_job, printable, read_entry, stored_before
+
+TETRAHEDRON = np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
 FAILED = "failed"
 """Code of a mesh that broke no rule: the program or its worker did. It is tried again by the next run."""
@@ -65,7 +68,7 @@ def run(
                 rejected[name] = refusal
         known = set(before.samples) | set(staging.staged(out))
         todo = [job for name, job in planned.items() if name not in rejected and job.key not in known]
-        for done, outcome in enumerate(_map(todo, out, recipe, dataset.classes, jobs), start=1):
+        for done, outcome in enumerate(_map(todo, out, recipe, jobs), start=1):
             if outcome is not None:
                 rejected[outcome.id] = outcome
             if progress:
@@ -120,16 +123,17 @@ def _plan(dataset: RawDataset, recipe: Recipe) -> tuple[dict[str, Job], dict[str
     return jobs, rejected
 
 
-def _map(
-    todo: list[Job], out: Path, recipe: Recipe, classes: tuple[str, ...], jobs: int
-) -> Iterator[Rejection | None]:
+def _map(todo: list[Job], out: Path, recipe: Recipe, jobs: int) -> Iterator[Rejection | None]:
     """Outcomes as they come: None for a staged sample. Ends early when a worker dies."""
+    if todo:
+        with contextlib.suppress(InvalidMesh):
+            compute_features(*TETRAHEDRON, recipe)  # compiles and caches what each worker would compile for itself
     parallel = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
     with contextlib.suppress(TerminatedWorkerError):
-        yield from parallel(joblib.delayed(_compute)(job, out, recipe, classes) for job in todo)
+        yield from parallel(joblib.delayed(_compute)(job, out, recipe) for job in todo)
 
 
-def _compute(job: Job, out: Path, recipe: Recipe, classes: tuple[str, ...]) -> Rejection | None:
+def _compute(job: Job, out: Path, recipe: Recipe) -> Rejection | None:
     """One mesh, in a worker: its sample goes to staging, or the reason comes back."""
     entry = job.entry
     try:
@@ -138,7 +142,7 @@ def _compute(job: Job, out: Path, recipe: Recipe, classes: tuple[str, ...]) -> R
             return _rejection(entry, FAILED, f"{entry.source}: the file changed while the run went on; run again", "")
         sample = compute_sample(entry, mesh, labels, recipe)
         sample = replace(sample, key=job.key, **job.names())
-        staging.put(out, sample, recipe, ALGORITHM_VERSION, classes)
+        staging.put(out, sample)
     except InvalidMesh as error:
         return _rejection(entry, error.code, str(error), job.key)
     except Exception as error:  # noqa: BLE001  one bad mesh costs one mesh: it is reported and counted

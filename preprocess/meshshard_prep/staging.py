@@ -1,6 +1,12 @@
-"""Samples that are computed and not yet packed, as one-mesh shards: a killed run loses only what was in flight."""
+"""Samples that are computed and not yet packed, one file each: a killed run loses only what was in flight.
 
-from dataclasses import replace
+A file is a line of JSON, with the plain values and the names of the arrays, and then the arrays in NumPy's .npy
+format. Shards would do, but writing and reading those takes longer than computing a small mesh.
+"""
+
+import io
+import json
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -8,33 +14,37 @@ import numpy as np
 
 from meshshard.errors import InvalidShard
 from meshshard.files import TEMPORARY_PREFIX, publish, sha256_of
-from meshshard.reader import Shard
-from meshshard.recipe import Recipe
 from meshshard.sample import Sample
-from meshshard.writer import shard_image
 
 FOLDER = ".staging"
 
 
-def put(folder: Path, sample: Sample, recipe: Recipe, algorithm_version: int, classes: tuple[str, ...]) -> None:
+def put(folder: Path, sample: Sample) -> None:
     """Store a sample under its key. Its file's sha256 is in the name, so damage is noticed on the way back."""
-    image = shard_image([sample], recipe=recipe, algorithm_version=algorithm_version, classes=classes)
-    publish(folder / FOLDER / f"{sample.key}.{sha256_of(image)}.h5", image)
+    values: dict[str, Any] = {field.name: getattr(sample, field.name) for field in fields(sample)}
+    arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+    plain = {name: value for name, value in values.items() if name not in arrays}
+    file = io.BytesIO()
+    file.write(json.dumps({"plain": plain, "arrays": list(arrays)}).encode() + b"\n")
+    for array in arrays.values():
+        np.lib.format.write_array(file, np.ascontiguousarray(array), allow_pickle=False)
+    publish(folder / FOLDER / f"{sample.key}.{sha256_of(file.getvalue())}.sample", file.getvalue())
 
 
 def staged(folder: Path) -> dict[str, Path]:
     """Key -> file of what an unfinished run left."""
-    return {path.name.split(".")[0]: path for path in (folder / FOLDER).glob("[!.]*.h5")}
+    return {path.name.split(".")[0]: path for path in (folder / FOLDER).glob("[!.]*.sample")}
 
 
 def get(path: Path) -> Sample:
-    """A staged sample, in memory: hundreds are held while a shard is packed, and each map would hold its file open.
-    InvalidShard: the file was damaged since `prepare` looked."""
-    sample = Shard(path, sha256=path.name.split(".")[1])[0]
-    arrays: dict[str, Any] = {
-        name: value.copy() for name, value in vars(sample).items() if isinstance(value, np.ndarray)
-    }
-    return replace(sample, **arrays)
+    """A staged sample. InvalidShard: the file was damaged since `prepare` looked."""
+    content = path.read_bytes()
+    if sha256_of(content) != path.name.split(".")[1]:
+        raise InvalidShard(f"{path}: the file is damaged; delete it and run meshshard features again")
+    file = io.BytesIO(content)
+    header = json.loads(file.readline())
+    arrays: dict[str, Any] = {name: np.lib.format.read_array(file, allow_pickle=False) for name in header["arrays"]}
+    return Sample(**header["plain"], **arrays)
 
 
 def clear(folder: Path) -> None:

@@ -338,7 +338,7 @@ def test_killed_outright(raw, tmp_path):
     go(raw, tmp_path / "whole")
     words = [sys.executable, "-m", "meshshard", "features", str(raw), "--out", str(tmp_path / "out"), "--jobs", "1"]
     with subprocess.Popen(words, stdout=subprocess.DEVNULL) as process:
-        while not list((tmp_path / "out").glob(".staging/[!.]*.h5")):
+        while not list((tmp_path / "out").glob(".staging/[!.]*.sample")):
             assert process.poll() is None
             time.sleep(0.001)
         process.kill()

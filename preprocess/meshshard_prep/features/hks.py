@@ -7,6 +7,7 @@ import scipy.sparse as sp
 from jaxtyping import Float64
 
 from meshshard.errors import InvalidMesh
+from meshshard_prep.features.laplacian import symmetric_operator
 from meshshard_prep.features.rational import RationalExponential
 from meshshard_prep.features.selected_inversion import inverse_diagonals
 from meshshard_prep.features.stored_poles import COUNTS, rational_exponential
@@ -40,9 +41,7 @@ def heat_kernel_signature(
     and exp(-t A) is a short sum of inverses of A - p I. The bound is that of the sum at this mesh, plus rounding as
     measured, plus that of storing float32. InvalidMesh: it exceeds `tolerance` even with the most poles.
     """
-    root = np.sqrt(mass)
-    scaling = sp.diags_array(1 / root)
-    operator = sp.csc_matrix(scaling @ stiffness @ scaling)
+    operator, root = symmetric_operator(stiffness, mass)
     bounds = []
     for count in COUNTS:
         approximation = rational_exponential(times, count)

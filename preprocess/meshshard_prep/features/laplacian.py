@@ -39,3 +39,13 @@ def laplacian(
             advice="faces without area do this to the cotangent Laplacian: use recipe paper, or repair them",
         )
     return stiffness, mass
+
+
+def symmetric_operator(
+    stiffness: sp.csc_matrix, mass: Float64[np.ndarray, " V"]
+) -> tuple[sp.csc_matrix, Float64[np.ndarray, " V"]]:
+    """A = M^-1/2 L M^-1/2 and the diagonal of M^1/2: A has the eigenvalues of L phi = lambda M phi."""
+    root = np.sqrt(mass)
+    operator = stiffness.copy()
+    operator.data /= root[operator.indices] * np.repeat(root, np.diff(operator.indptr))
+    return operator, root

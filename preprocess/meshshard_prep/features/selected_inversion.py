@@ -40,13 +40,10 @@ def inverse_diagonals(
         batch = np.resize(shifts[first : first + count], LANES)  # the last one repeats its own
         lanes = np.stack([batch.real, batch.imag])
         factorise(indptr, indices, data, lanes, structure.parent, start, rows, low, inverse, work)
-        work[:] = -known[:, None, None] * lanes
-        work[:, 0] += image[:, None]
-        solve(start, rows, low, inverse, work, total)
-        difference = np.hypot(work[:, 0] - known[:, None], work[:, 1]) / known[:, None]
-        rounding[first : first + count] = difference.max(axis=0)[:count]
+        rounding[first : first + count] = measure(start, rows, low, inverse, known, image, lanes, work, total)[:count]
         invert_on_pattern(start, rows, low, inverse, column, total)
-        diagonals[order, first : first + count] = (inverse[:, 0] + 1j * inverse[:, 1])[:, :count]
+        diagonals.real[order, first : first + count] = inverse[:, 0, :count]
+        diagonals.imag[order, first : first + count] = inverse[:, 1, :count]
     return diagonals, rounding
 
 
@@ -111,6 +108,26 @@ def solve(start, rows, low, inverse, vector, spare):  # type: ignore[no-untyped-
         vector[column] = spare[0]
         for entry in range(start[column], start[column + 1]):
             subtract_product(vector, column, low, entry, vector, rows[entry])
+
+
+@compiled
+def measure(start, rows, low, inverse, known, image, shifts, work, spare):  # type: ignore[no-untyped-def]
+    """Largest relative difference, in each lane, of `known` > 0 and the solution for what A - p I makes of it.
+
+    `image` is A known. `work` (N, lanes) and `spare` are overwritten.
+    """
+    for row in range(len(known)):
+        work[row] = -known[row] * shifts
+        work[row, 0] += image[row]
+    solve(start, rows, low, inverse, work, spare)
+    largest = np.zeros(LANES)
+    for row in range(len(known)):
+        for lane in range(LANES):
+            x, y = work[row, 0, lane] / known[row] - 1, work[row, 1, lane] / known[row]
+            difference = np.sqrt(x * x + y * y)
+            if not difference <= largest[lane]:
+                largest[lane] = difference if np.isfinite(difference) else np.inf
+    return largest
 
 
 @compiled

@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from meshshard.errors import InvalidMesh
+from meshshard_prep.features.laplacian import symmetric_operator
 from meshshard_prep.features.selected_inversion import count_below
 
 TOLERANCE = 1e-6
@@ -41,9 +42,7 @@ def lowest_eigenpairs(stiffness: sp.csc_matrix, mass: Float64[np.ndarray, " V"],
     entry of a mode is positive. Inside a cluster of equal eigenvalues any basis is as good as the one returned.
     InvalidMesh: a residual exceeds TOLERANCE, or by Sylvester's law of inertia some eigenvalue was missed.
     """
-    root = np.sqrt(mass)
-    scaling = sp.diags_array(1 / root)
-    operator = sp.csc_matrix(scaling @ stiffness @ scaling)
+    operator, root = symmetric_operator(stiffness, mass)
     pieces, piece_of = connected_components(operator, directed=False)
     found_values, found_vectors = [], []
     for piece in range(pieces):

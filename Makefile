@@ -1,6 +1,6 @@
 # The face of the program `meshshard`: every target sets up .venv first, and only once.
 .DEFAULT_GOAL := help
-.PHONY: help setup features train test check lint types imports clean
+.PHONY: help setup features train bench test check lint types imports clean
 
 PYTHON ?= python3
 DATASET ?= minicoseg
@@ -31,6 +31,9 @@ features: $(READY) ## Compute the features of DATASET into data/features
 train: $(READY) ## Train on DATASET and show its results
 	@$(if $(filter minicoseg,$(DATASET))$(RAW),$(BIN)/meshshard features $(DATASET) $(if $(RAW),--raw "$(RAW)") --jobs $(JOBS))
 	$(BIN)/meshshard train $(DATASET) $(if $(EPOCHS),--epochs $(EPOCHS)) $(ARGS)
+
+bench: $(READY) ## Measure the preparation beside the published way: minutes, into docs/benchmarks
+	$(BIN)/meshshard bench $(ARGS)
 
 test: $(READY) ## Run the tests
 	$(BIN)/python -m pytest --numprocesses auto $(ARGS)

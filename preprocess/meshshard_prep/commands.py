@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import typer
 
@@ -13,6 +13,7 @@ from meshshard.commands import FEATURES, AsJson
 from meshshard.plain import to_json
 
 if TYPE_CHECKING:
+    from meshshard.recipe import Recipe
     from meshshard_prep.run import Report
 
 
@@ -55,6 +56,10 @@ def features(
         float, typer.Option(help="Share of train that becomes validation if none is shipped.")
     ] = 0.15,
     split_seed: Annotated[int, typer.Option(help="Seed of that draw.", min=0)] = 0,
+    components: Annotated[
+        str | None, typer.Option(help="Pieces of a mesh: separate, or bridged by weak links.")
+    ] = None,
+    spectrum: Annotated[int, typer.Option(help="Store that many of the lowest eigenpairs too.", min=0)] = 0,
     no_labels: Annotated[bool, typer.Option("--no-labels", help="Ignore labels, splits and classes.")] = False,
 ) -> None:
     """Compute the features of a data set's meshes and store them as shards. Run again, it computes what is new.
@@ -78,7 +83,7 @@ def features(
         raise UsageError(f"--val-fraction is at least 0 and below 1, not {val_fraction}")
     if jobs == 0:
         raise UsageError("--jobs is the number of workers, or -1 for one a core; it cannot be 0")
-    settings = find_recipe(recipe)
+    settings = _with_options(find_recipe(recipe), components, spectrum)
     raw_dataset = read_dataset(dataset, raw, lambda text: typer.echo(text, err=True))
     if no_labels:
         raw_dataset = without_labels(raw_dataset)
@@ -98,6 +103,59 @@ def features(
         raise UsageError("stopped; what is done is kept: the same command goes on from there") from None
     _print_report(report, folder)
     raise typer.Exit(0 if report.ok else 1)
+
+
+def _with_options(recipe: "Recipe", components: str | None, spectrum: int) -> "Recipe":
+    """The recipe with what the options change, under a name of its own."""
+    from dataclasses import replace
+
+    if components not in (None, recipe.components):
+        recipe = replace(recipe, components=components or "", name=f"{recipe.name}-{components}")
+    if spectrum:
+        recipe = replace(recipe, spectrum=spectrum, name=f"{recipe.name}-spectrum{spectrum}")
+    return recipe
+
+
+def bench(
+    out: Annotated[Path, typer.Option(help="Folder for the table and the plot.")] = Path("docs/benchmarks"),
+    quick: Annotated[bool, typer.Option("--quick", help="Small meshes only: seconds, not minutes.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Measure the preparation beside the published way, in one run, and write a table and a plot.
+
+    Example: meshshard bench --quick --out /tmp/bench
+    """
+    from importlib.metadata import version
+
+    from threadpoolctl import threadpool_limits
+
+    from meshshard_prep.bench import measure, report
+
+    sizes = {252: 3} if quick else measure.SIZES
+    libraries = ("numpy", "scipy", "numba", "potpourri3d", "robust-laplacian")
+    figures: dict[str, Any] = {
+        "processor": report.processor(),
+        "versions": {name: version(name) for name in libraries},
+        "few_pairs": measure.FEW_PAIRS,
+        "full_up_to": measure.FULL_UP_TO,
+        "hks": [],
+        "path": [],
+    }
+    with threadpool_limits(1):
+        for kind, rows in (("hks", measure.hks_rows(sizes)), ("path", measure.path_rows())):
+            for row in rows:
+                figures[kind].append(row)
+                typer.echo(
+                    "  ".join(
+                        f"{name} {value:.4g}" if isinstance(value, float) else f"{name} {value}"
+                        for name, value in row.items()
+                    ),
+                    err=True,
+                )
+    if not quick:
+        figures["large"] = measure.large_mesh()
+    report.write(out, figures)
+    typer.echo(to_json(figures) if as_json else report.page(figures))
 
 
 def _print_report(report: "Report", folder: Path) -> None:

@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 
 from meshshard.errors import MeshshardError
 
-VERBS = ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict")
+VERBS = ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict", "bench")
 """Order in `--help`; verbs that others add follow."""
 
 EXTRAS = {
@@ -24,7 +24,9 @@ EXTRAS = {
         "threadpoolctl",
         "numba",
         "platformdirs",
+        "pymetis",
     ),
+    "bench": ("potpourri3d",),
     "train": ("torch", "safetensors", "matplotlib"),
 }
 """Extra -> top-level modules that it brings."""

@@ -11,8 +11,8 @@ import scipy.sparse as sp
 from jaxtyping import Complex128, Float64
 
 from meshshard_prep.features.compiled import compiled
-from meshshard_prep.features.lanes import LANES, add_product, lane_rows, subtract_product
-from meshshard_prep.features.sparse_factor import fill_reducing_order, structure_of
+from meshshard_prep.features.lanes import LANES, add_product, copy_row, lane_rows, subtract_dot, subtract_product
+from meshshard_prep.features.sparse_factor import BLOCK, fill_reducing_order, structure_of
 
 
 def inverse_diagonals(
@@ -31,8 +31,9 @@ def inverse_diagonals(
     image = permuted @ known
     start, rows = structure.start, structure.rows
     low, inverse, work = lane_rows(len(rows)), lane_rows(len(order)), lane_rows(len(order))
-    longest = int(np.diff(start).max(initial=0))
-    column, total = lane_rows(longest), lane_rows(max(longest, 1))
+    longest = int(np.diff(start).max())
+    column, line, total = lane_rows(longest), lane_rows(longest), lane_rows(BLOCK * longest + 1)
+    entry_of = np.empty(longest**2, np.int64)
     diagonals = np.empty((len(order), len(shifts)), dtype=complex)
     rounding = np.empty(len(shifts))
     for first in range(0, len(shifts), LANES):
@@ -41,7 +42,7 @@ def inverse_diagonals(
         lanes = np.stack([batch.real, batch.imag])
         factorise(indptr, indices, data, lanes, structure.parent, start, rows, low, inverse, work)
         rounding[first : first + count] = measure(start, rows, low, inverse, known, image, lanes, work, total)[:count]
-        invert_on_pattern(start, rows, low, inverse, column, total)
+        invert_on_pattern(start, rows, structure.blocks, low, inverse, column, total, line, entry_of)
         diagonals.real[order, first : first + count] = inverse[:, 0, :count]
         diagonals.imag[order, first : first + count] = inverse[:, 1, :count]
     return diagonals, rounding
@@ -131,33 +132,66 @@ def measure(start, rows, low, inverse, known, image, shifts, work, spare):  # ty
 
 
 @compiled
-def invert_on_pattern(start, rows, low, inverse, column, total):  # type: ignore[no-untyped-def]
+def invert_on_pattern(start, rows, blocks, low, inverse, column, total, line, entry_of):  # type: ignore[no-untyped-def]
     """Turn L and D^-1, in place, into the entries of the inverse on the pattern of L and on the diagonal.
 
     With Z the inverse, R the rows of column j of L, and l that column: Z[R, j] = -Z[R, R] l and
-    Z[j, j] = 1 / D[j] - l^T Z[R, j]. All of Z[R, R] is on the pattern, in columns after j. `column` and `total`
-    (longest column, lanes) are overwritten.
+    Z[j, j] = 1 / D[j] - l^T Z[R, j]. All of Z[R, R] is on the pattern, in columns after j. A block of columns has
+    its rows below the block in common: their part of Z is looked up once. `column` and `line` (longest column,
+    lanes), `total` (BLOCK times that) and `entry_of` (that squared) are overwritten.
     """
-    for j in range(len(start) - 2, -1, -1):
-        begin = start[j]
-        length = start[j + 1] - begin
-        column[:length] = low[begin : begin + length]
-        total[:length] = 0.0
-        for i in range(length):
-            other = rows[begin + i]
-            subtract_product(total, i, inverse, other, column, i)
-            # every row of this column below `other` is a row of column `other`: both rise, so walk them together
-            k = i + 1
-            entry = start[other]
-            while k < length:
-                if rows[entry] == rows[begin + k]:
-                    subtract_product(total, i, low, entry, column, k)
-                    subtract_product(total, k, low, entry, column, i)
-                    k += 1
+    for block in range(len(blocks) - 2, -1, -1):
+        first, end = blocks[block], blocks[block + 1]
+        below = start[end - 1]
+        size = start[end] - below
+        locate_entries(start, rows, below, size, entry_of)
+        total[: (end - first) * size] = 0.0
+        for i in range(size):
+            for k in range(size):
+                if k == i:
+                    copy_row(line, k, inverse, rows[below + i])
+                else:
+                    copy_row(line, k, low, entry_of[i * size + k])
+            for j in range(first, end):
+                subtract_dot(total, (j - first) * size + i, line, 0, low, start[j] + (end - 1 - j), size)
+        for j in range(end - 1, first - 1, -1):
+            finish_column(start, j, end, size, low, inverse, column, total, (j - first) * size)
+
+
+@compiled
+def locate_entries(start, rows, below, size, entry_of):  # type: ignore[no-untyped-def]
+    """Where the entry of each pair of rows[below : below + size] is: entry_of[i * size + k], symmetric."""
+    for i in range(size):
+        # every later row is a row of this one's column too, and both rise: walk them together
+        entry = start[rows[below + i]]
+        for k in range(i + 1, size):
+            while rows[entry] != rows[below + k]:
                 entry += 1
-        for i in range(length):
-            subtract_product(inverse, j, total, i, column, i)
-        low[begin : begin + length] = total[:length]
+            entry_of[i * size + k] = entry
+            entry_of[k * size + i] = entry
+
+
+@compiled
+def finish_column(start, j, end, size, low, inverse, column, total, part):  # type: ignore[no-untyped-def]
+    """Z in column j, of which total[part : part + size] has what the rows below the block contribute there.
+
+    The other rows of the column are those of the block, j + 1 to end - 1; their columns of Z are done.
+    """
+    inside, begin = end - 1 - j, start[j]
+    column[: inside + size] = low[begin : begin + inside + size]
+    low[begin : begin + inside] = 0.0
+    for i in range(inside):
+        other = j + 1 + i
+        others_below = start[other] + end - 1 - other
+        subtract_product(low, begin + i, inverse, other, column, i)
+        for k in range(i + 1, inside):
+            subtract_product(low, begin + i, low, start[other] + k - i - 1, column, k)
+            subtract_product(low, begin + k, low, start[other] + k - i - 1, column, i)
+        subtract_dot(low, begin + i, low, others_below, column, inside, size)
+        for k in range(size):
+            subtract_product(total, part + k, low, others_below + k, column, i)
+    low[begin + inside : begin + inside + size] = total[part : part + size]
+    subtract_dot(inverse, j, low, begin, column, 0, inside + size)
 
 
 def count_below(matrix: sp.csc_matrix, bound: float) -> int:

@@ -7,6 +7,7 @@ not stored; the rows of its column j below the diagonal are rows[start[j] : star
 from dataclasses import dataclass
 
 import numpy as np
+import pymetis
 import scipy.sparse as sp
 from jaxtyping import Int32, Int64
 from scipy.sparse.linalg import spilu
@@ -16,19 +17,42 @@ from meshshard_prep.features.compiled import compiled
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """`parent` (N,) in the elimination tree, -1 at roots; `start` (N+1,) and `rows` (entries,): the pattern of L."""
+    """`parent` (N,) in the elimination tree, -1 at roots; `start` (N+1,) and `rows` (entries,): the pattern of L.
+
+    `blocks` (B+1,): columns blocks[b] to blocks[b + 1] have the same rows below the block, and are worked on as one.
+    """
 
     parent: Int64[np.ndarray, " N"]
     start: Int64[np.ndarray, " N+1"]
     rows: Int32[np.ndarray, " entries"]
+    blocks: Int64[np.ndarray, " edges"]
+
+
+BLOCK = 8
+"""Most columns of a block: their part of L should stay in the cache while the inverse passes by."""
+
+DISSECTED_SIZE = 2000
+"""From this many vertices on nested dissection saves more time than it takes: half the work at 9000 vertices."""
 
 
 def fill_reducing_order(matrix: sp.csc_matrix) -> Int64[np.ndarray, " N"]:
-    """Order of elimination that keeps L sparse, by minimum degree (Liu 1985) as SuperLU computes it: new -> old.
+    """Order of elimination that keeps L sparse: new -> old. Only the pattern is looked at."""
+    return minimum_degree(matrix) if matrix.shape[0] < DISSECTED_SIZE else nested_dissection(matrix)
 
-    Only the pattern is looked at. SuperLU gives its order with a factorisation: this is one of ones with a heavy
-    diagonal, all of it dropped.
-    """
+
+def nested_dissection(matrix: sp.csc_matrix) -> Int64[np.ndarray, " N"]:
+    """Order that eliminates the halves of the graph before what separates them, and so on (METIS)."""
+    off_diagonal = sp.csc_matrix(matrix, copy=True)
+    off_diagonal.data = np.ones(matrix.nnz)
+    off_diagonal.setdiag(0)
+    off_diagonal.eliminate_zeros()
+    graph = pymetis.CSRAdjacency(off_diagonal.indptr, off_diagonal.indices)
+    return np.array(pymetis.nested_dissection(graph)[0], dtype=np.int64)
+
+
+def minimum_degree(matrix: sp.csc_matrix) -> Int64[np.ndarray, " N"]:
+    """Order by minimum degree (Liu 1985). SuperLU gives it with a factorisation: this is one of ones with a heavy
+    diagonal, all of it dropped."""
     ones = np.ones(matrix.nnz)
     pattern = sp.csc_matrix((ones, matrix.indices, matrix.indptr), shape=matrix.shape)
     pattern.setdiag(np.diff(matrix.indptr) + 1.0)
@@ -41,7 +65,16 @@ def structure_of(matrix: sp.csc_matrix) -> Structure:
     """The structure of L of a matrix, eliminated in the order in which it is given."""
     indptr, indices = matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32)
     parent, start = elimination_tree(indptr, indices)
-    return Structure(parent, start, pattern_of_factor(indptr, indices, parent, start))
+    rows = pattern_of_factor(indptr, indices, parent, start)
+    return Structure(parent, start, rows, blocks_of(parent, start))
+
+
+def blocks_of(parent: Int64[np.ndarray, " N"], start: Int64[np.ndarray, " N+1"]) -> Int64[np.ndarray, " edges"]:
+    """(B+1,): where runs of at most BLOCK columns begin in which each has the next one's rows, and its number."""
+    columns, length = np.arange(len(parent)), np.diff(start)
+    nested = np.append(False, (parent[:-1] == columns[1:]) & (length[:-1] == length[1:] + 1))
+    run_start = np.maximum.accumulate(np.where(nested, 0, columns))
+    return np.append(np.flatnonzero((columns - run_start) % BLOCK == 0), len(parent))
 
 
 @compiled

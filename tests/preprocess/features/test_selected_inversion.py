@@ -1,18 +1,20 @@
 import os
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.linalg
 import scipy.sparse as sp
-from shapes import FAMILY, bumpy
+from shapes import FAMILY, sphere
 
 import meshshard_prep
 from meshshard.recipe import RECIPES
 from meshshard_prep.features.compiled import compiled
-from meshshard_prep.features.lanes import LANES, add_product, lane_rows, subtract_product
+from meshshard_prep.features.hks import heat_kernel_signature
+from meshshard_prep.features.lanes import LANES, add_product, copy_row, lane_rows, subtract_dot, subtract_product
 from meshshard_prep.features.laplacian import laplacian
 from meshshard_prep.features.selected_inversion import (
     count_below,
@@ -21,7 +23,13 @@ from meshshard_prep.features.selected_inversion import (
     invert_on_pattern,
     solve,
 )
-from meshshard_prep.features.sparse_factor import fill_reducing_order, structure_of
+from meshshard_prep.features.sparse_factor import (
+    BLOCK,
+    fill_reducing_order,
+    minimum_degree,
+    nested_dissection,
+    structure_of,
+)
 
 SHIFTS = np.array([3 + 1j, 40 + 30j, -5 + 2j])
 
@@ -77,6 +85,38 @@ def test_products_of_lanes(product, sign):
     np.testing.assert_allclose(target[:, 0] + 1j * target[:, 1], as_complex[0], rtol=1e-15)
 
 
+@pytest.mark.parametrize("length", [0, 1, 3])
+def test_dot_and_copy_of_lanes(length):
+    rng = np.random.default_rng(0)
+    target, a, b = (lane_rows(5) for _ in range(3))
+    for array in (target, a, b):
+        array[:] = rng.standard_normal(array.shape)
+    x, y, z = (array[:, 0] + 1j * array[:, 1] for array in (target, a, b))
+
+    @compiled
+    def run(target, a, b, length):
+        subtract_dot(target, 1, a, 2, b, 0, length)
+        copy_row(target, 4, b, 3)
+
+    run(target, a, b, length)
+    x[1] -= (y[2 : 2 + length] * z[:length]).sum(axis=0)
+    x[4] = z[3]
+    np.testing.assert_allclose(target[:, 0] + 1j * target[:, 1], x, rtol=1e-14)
+
+
+@pytest.mark.parametrize("name", MATRICES)
+def test_columns_of_a_block_share_their_rows(name):
+    structure = structure_of(MATRICES[name])
+    assert structure.blocks[0] == 0
+    assert structure.blocks[-1] == MATRICES[name].shape[0]
+    for first, end in pairwise(structure.blocks):
+        assert 1 <= end - first <= BLOCK
+        last = structure.rows[structure.start[end - 1] : structure.start[end]]
+        for column in range(first, end):
+            rows = structure.rows[structure.start[column] : structure.start[column + 1]]
+            np.testing.assert_array_equal(rows, [*range(column + 1, end), *last])
+
+
 @pytest.mark.parametrize("name", MATRICES)
 def test_pattern_is_that_of_a_dense_factor(name):
     matrix = MATRICES[name]
@@ -117,7 +157,9 @@ def test_solves_and_inverts_on_the_pattern(name):
     right = vector[:, 0] + 1j * vector[:, 1]
     solve(structure.start, structure.rows, low, inverse, vector, spare)
     longest = max(1, int(np.diff(structure.start).max()))
-    invert_on_pattern(structure.start, structure.rows, low, inverse, lane_rows(longest), lane_rows(longest))
+    rows_of = [lane_rows(count * longest) for count in (1, BLOCK, 1)]
+    entry_of = np.empty(longest**2, np.int64)
+    invert_on_pattern(structure.start, structure.rows, structure.blocks, low, inverse, *rows_of, entry_of)
     for lane, shift in enumerate(SHIFTS):
         expected = np.linalg.inv(matrix.toarray() - shift * np.eye(size))
         np.testing.assert_allclose(
@@ -149,20 +191,40 @@ def test_rounding_is_seen():
     assert 1e-7 < rounding[0] < 1e-1
 
 
-def test_order_is_a_permutation_that_saves_fill():
-    stiffness, _ = laplacian(*bumpy(0, 4), RECIPES["paper"])
+@pytest.mark.parametrize("order_of", [minimum_degree, nested_dissection])
+@pytest.mark.parametrize("name", MATRICES)
+def test_order_is_a_permutation(order_of, name):
+    matrix = MATRICES[name]
+    order = order_of(matrix)
+    assert sorted(order) == list(range(matrix.shape[0]))
+    np.testing.assert_array_equal(order_of(matrix), order)
+
+
+@pytest.mark.parametrize("level", [3, 5])
+def test_order_saves_fill_on_either_side_of_the_threshold(level):
+    stiffness, _ = laplacian(*sphere(level), RECIPES["paper"])
     order = fill_reducing_order(stiffness)
     assert sorted(order) == list(range(stiffness.shape[0]))
     shuffled = np.random.default_rng(0).permutation(len(order))
     fill = [len(structure_of(sp.csc_matrix(stiffness[o][:, o])).rows) for o in (order, shuffled)]
-    assert fill[0] < fill[1] / 5
+    assert fill[0] < fill[1] / 2
+
+
+def test_a_mesh_beyond_the_threshold():
+    """4098 vertices, by nested dissection: the unit sphere's closed form again."""
+    stiffness, mass = laplacian(*sphere(5), RECIPES["paper"])
+    found = heat_kernel_signature(stiffness, mass, (0.5, 1.0))
+    degree = np.arange(50)
+    exact = ((2 * degree + 1) / (4 * np.pi)) @ np.exp(-np.outer(degree * (degree + 1), [0.5, 1.0]))
+    np.testing.assert_allclose(found.values, np.broadcast_to(exact, found.values.shape), rtol=2e-3)
 
 
 def test_order_looks_at_the_pattern_alone():
     matrix = MATRICES["random-80"]
     other = matrix.copy()
     other.data = np.random.default_rng(0).uniform(1e-300, 1e300, other.nnz)
-    np.testing.assert_array_equal(fill_reducing_order(matrix), fill_reducing_order(other))
+    for order_of in (minimum_degree, nested_dissection):
+        np.testing.assert_array_equal(order_of(matrix), order_of(other))
 
 
 @pytest.mark.parametrize("name", [n for n in MATRICES if n != "one"])

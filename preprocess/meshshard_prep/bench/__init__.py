@@ -1,0 +1,1 @@
+"""Speed and exactness of the preparation beside the published way, measured in one run. `make bench`."""

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from plyfile import PlyData
 from samples import toy_dataset
-from shapes import bumpy, sphere, write_labels, write_obj
+from shapes import bumpy, joined, sphere, write_labels, write_obj
+
+from meshshard import open_dataset
 
 
 def meshshard(*arguments, cwd=None):
@@ -207,3 +209,21 @@ def test_a_missing_extra_says_what_to_install(tmp_path):
     done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "this command needs torch, which comes with: pip install 'meshshard[train]'" in done.stderr
+
+
+def test_features_with_options_of_the_recipe(tmp_path):
+    write_obj(tmp_path / "raw" / "a.obj", *joined(bumpy(1), bumpy(2, 1)))
+    write_obj(tmp_path / "raw" / "b.obj", *bumpy(3))
+    options = ("--components", "bridged", "--spectrum", 5)
+    status, out, error = meshshard("features", "raw", *options, cwd=tmp_path)
+    assert (status, error) == (0, "")
+    assert out.strip().endswith("data/features/raw/paper-bridged-spectrum5")
+    dataset = open_dataset(tmp_path / "data/features/raw/paper-bridged-spectrum5")
+    assert (dataset.recipe.components, dataset.recipe.spectrum) == ("bridged", 5)
+    assert [sample.diagnostics["bridges"] for sample in dataset] == [1, 0]
+    assert all(sample.eigenvectors.shape == (len(sample.vertices), 5) for sample in dataset)
+    assert all((np.abs(sample.eigenvalues) < 1e-8).sum() == 1 for sample in dataset)  # bridged: one zero
+    assert meshshard("verify", dataset.folder, "--full")[0] == 0
+    status, _, error = meshshard("features", "raw", "--components", "glued", cwd=tmp_path)
+    assert status == 2
+    assert "components is 'separate' or 'bridged', not 'glued'" in error

@@ -4,7 +4,7 @@ Matrices are sparse with a symmetric pattern, given by columns (`indptr`, `indic
 not stored; the rows of its column j below the diagonal are rows[start[j] : start[j + 1]], rising.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pymetis
@@ -15,8 +15,7 @@ from scipy.sparse.linalg import spilu
 from meshshard_prep.features.compiled import compiled
 
 
-@dataclass(frozen=True, eq=False)
-class Structure:
+class Structure(NamedTuple):
     """`parent` (N,) in the elimination tree, -1 at roots; `start` (N+1,) and `rows` (entries,): the pattern of L.
 
     `blocks` (B+1,): columns blocks[b] to blocks[b + 1] have the same rows below the block, and are worked on as one.

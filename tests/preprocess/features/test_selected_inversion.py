@@ -17,6 +17,7 @@ from meshshard_prep.features.hks import heat_kernel_signature
 from meshshard_prep.features.lanes import LANES, add_product, copy_row, lane_rows, subtract_dot, subtract_product
 from meshshard_prep.features.laplacian import laplacian
 from meshshard_prep.features.selected_inversion import (
+    Workspace,
     count_below,
     factorise,
     inverse_diagonals,
@@ -60,11 +61,11 @@ def factored(matrix, shifts):
     """Dense L and D of every lane, and what the next steps take."""
     structure = structure_of(matrix)
     size = matrix.shape[0]
-    low, inverse, work = lane_rows(len(structure.rows)), lane_rows(size), lane_rows(size)
+    low, inverse, work = lane_rows(len(structure.rows)), lane_rows(size), Workspace.of(structure)
     lanes = np.stack([np.resize(shifts, LANES).real, np.resize(shifts, LANES).imag])
     columns = matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32), matrix.data
-    factorise(*columns, lanes, structure.parent, structure.start, structure.rows, low, inverse, work)
-    return structure, low, inverse
+    factorise(columns, lanes, structure, low, inverse, work)
+    return structure, low, inverse, work
 
 
 @pytest.mark.parametrize(("product", "sign"), [(add_product, 1), (subtract_product, -1)])
@@ -135,7 +136,8 @@ def test_pattern_is_that_of_a_dense_factor(name):
 @pytest.mark.parametrize("name", MATRICES)
 def test_factor_multiplies_back(name):
     matrix = MATRICES[name]
-    structure, low, inverse = factored(matrix, SHIFTS)
+    structure, low, inverse, work = factored(matrix, SHIFTS)
+    np.testing.assert_allclose(work.vector[:, 0] * inverse[:, 0] - work.vector[:, 1] * inverse[:, 1], 1)
     for lane, shift in enumerate(SHIFTS):
         lower = np.eye(matrix.shape[0], dtype=complex)
         for column in range(len(lower)):
@@ -150,16 +152,13 @@ def test_factor_multiplies_back(name):
 def test_solves_and_inverts_on_the_pattern(name):
     matrix = MATRICES[name]
     size = matrix.shape[0]
-    structure, low, inverse = factored(matrix, SHIFTS)
+    structure, low, inverse, work = factored(matrix, SHIFTS)
     rng = np.random.default_rng(2)
-    vector, spare = lane_rows(size), lane_rows(1)
+    vector = lane_rows(size)
     vector[:] = rng.standard_normal(vector.shape)
     right = vector[:, 0] + 1j * vector[:, 1]
-    solve(structure.start, structure.rows, low, inverse, vector, spare)
-    longest = max(1, int(np.diff(structure.start).max()))
-    rows_of = [lane_rows(count * longest) for count in (1, BLOCK, 1)]
-    entry_of = np.empty(longest**2, np.int64)
-    invert_on_pattern(structure.start, structure.rows, structure.blocks, low, inverse, *rows_of, entry_of)
+    solve(structure, low, inverse, vector, work.line)
+    invert_on_pattern(structure, low, inverse, work)
     for lane, shift in enumerate(SHIFTS):
         expected = np.linalg.inv(matrix.toarray() - shift * np.eye(size))
         np.testing.assert_allclose(

@@ -84,13 +84,15 @@ def _check(operator: sp.csc_matrix, values: Float64[np.ndarray, " K"], vectors: 
     residual = np.linalg.norm(operator @ vectors - vectors * values, axis=0) / np.maximum(1.0, values)
     if not residual.max() <= TOLERANCE:
         raise _bad(f"eigenpairs have a residual of at most {TOLERANCE:.0e}", f"one of them has {residual.max():.1e}")
-    if len(values) < len(operator.indptr) - 1:
-        widest = int(np.argmax(np.diff(values)[-BEYOND:])) + max(0, len(values) - 1 - BEYOND)
-        below = count_below(operator, (values[widest] + values[widest + 1]) / 2)
-        if below != widest + 1:
-            raise _bad(
-                f"{below} eigenvalues lie below {values[widest + 1]:.6g} (inertia)", f"{widest + 1} were found"
-            )
+    if len(values) < operator.shape[0]:
+        gaps = np.diff(values)
+        widest = max(len(gaps) - BEYOND, 0) + int(np.argmax(gaps[-BEYOND:]))
+        between = (values[widest] + values[widest + 1]) / 2
+        if gaps[widest] <= TOLERANCE * max(1.0, between):  # all of them are one cluster, and it goes on
+            widest, between = len(values) - 1, values[-1] + TOLERANCE * max(1.0, values[-1])
+        below = count_below(operator, between)
+        if below < widest + 1 or (below > widest + 1 and widest < len(gaps)):
+            raise _bad(f"{below} eigenvalues lie below {between:.6g} (inertia)", f"{widest + 1} were found")
 
 
 def _bad(rule: str, found: str) -> InvalidMesh:

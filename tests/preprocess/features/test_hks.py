@@ -7,9 +7,11 @@ from shapes import FAMILY, bumpy, grid, joined, rotation, sphere
 
 from meshshard.errors import InvalidMesh
 from meshshard.recipe import RECIPES
+from meshshard_prep.clean import clean
 from meshshard_prep.features import hks
 from meshshard_prep.features.hks import heat_kernel_signature
 from meshshard_prep.features.laplacian import laplacian
+from meshshard_prep.formats import read_mesh
 from meshshard_prep.pipeline import compute_features
 
 PAPER = RECIPES["paper"]
@@ -172,3 +174,16 @@ def test_refuses_a_piece_that_rounding_would_cool():
     stiffness, mass = laplacian(vertices, faces, PAPER)
     with pytest.raises(InvalidMesh, match="too small beside the others"):
         heat_kernel_signature(stiffness, mass, PAPER.times)
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", ["shrec_16", "human_seg"])
+def test_real_meshes_are_within_their_bounds(data_root, name):
+    """Every fiftieth mesh; all of them were compared once, see docs/features.md."""
+    for path in sorted((data_root / name).rglob("*.obj"))[::50]:
+        mesh = read_mesh(path)
+        clean_mesh = clean(mesh.vertices, mesh.faces, weld=PAPER.weld)
+        stiffness, mass = laplacian(clean_mesh.vertices, clean_mesh.faces, PAPER)
+        found = heat_kernel_signature(stiffness, mass, PAPER.times)
+        error = np.abs(found.values / full_spectrum(stiffness, mass) - 1).max()
+        assert error <= found.error_bound <= 3e-6, path.name

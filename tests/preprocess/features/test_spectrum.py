@@ -64,6 +64,15 @@ def test_says_when_a_cluster_is_cut(count, cut):
     assert lowest_eigenpairs(*operators(*sphere(2)), count).cut is cut
 
 
+@pytest.mark.usefixtures("solver")
+def test_more_pieces_than_pairs_asked_for():
+    """Thirty zeros, of which five are wanted: a cut cluster that goes on beyond all that is computed."""
+    pieces = joined(*[bumpy(number, 1) for number in range(30)])
+    found = lowest_eigenpairs(*operators(*pieces), 5)
+    np.testing.assert_allclose(found.values, 0, atol=1e-9)
+    assert found.cut
+
+
 def test_a_small_mesh_has_fewer():
     found = lowest_eigenpairs(*operators(*tetrahedron()), 10)
     assert (len(found.values), found.modes.shape, found.cut) == (4, (4, 4), False)

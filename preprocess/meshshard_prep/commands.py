@@ -138,21 +138,17 @@ def bench(
         "versions": {name: version(name) for name in libraries},
         "few_pairs": measure.FEW_PAIRS,
         "full_up_to": measure.FULL_UP_TO,
-        "hks": [],
-        "path": [],
     }
     with threadpool_limits(1):
-        for kind, rows in (("hks", measure.hks_rows(sizes)), ("path", measure.path_rows())):
+        for kind, rows in (("hks", measure.hks_rows(sizes)), ("path", measure.path_rows(sizes))):
+            figures[kind] = []
             for row in rows:
                 figures[kind].append(row)
-                typer.echo(
-                    "  ".join(
-                        f"{name} {value:.4g}" if isinstance(value, float) else f"{name} {value}"
-                        for name, value in row.items()
-                    ),
-                    err=True,
-                )
+                typer.echo(f"{kind}: {to_json(row)}", err=True)
+        figures["parts"] = measure.parts()
+        figures["workers"] = measure.worker_row()
     if not quick:
+        typer.echo("a million faces: minutes", err=True)
         figures["large"] = measure.large_mesh()
     report.write(out, figures)
     typer.echo(to_json(figures) if as_json else report.page(figures))

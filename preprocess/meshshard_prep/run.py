@@ -126,11 +126,20 @@ def _plan(dataset: RawDataset, recipe: Recipe) -> tuple[dict[str, Job], dict[str
 def _map(todo: list[Job], out: Path, recipe: Recipe, jobs: int) -> Iterator[Rejection | None]:
     """Outcomes as they come: None for a staged sample. Ends early when a worker dies."""
     if todo:
-        with contextlib.suppress(InvalidMesh):
-            compute_features(*TETRAHEDRON, recipe)  # compiles and caches what each worker would compile for itself
+        _warm_up(recipe)
     parallel = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered", batch_size=1)
     with contextlib.suppress(TerminatedWorkerError):
         yield from parallel(joblib.delayed(_compute)(job, out, recipe) for job in todo)
+
+
+def _warm_up(recipe: Recipe) -> None:
+    """Compile and cache what each worker would compile for itself. UsageError: the recipe suits no mesh."""
+    try:
+        compute_features(*TETRAHEDRON, recipe)
+    except UsageError:
+        raise
+    except Exception:  # noqa: BLE001  whatever it is, each mesh will say it
+        pass
 
 
 def _compute(job: Job, out: Path, recipe: Recipe) -> Rejection | None:

@@ -15,6 +15,10 @@ def log_spaced(first: float, last: float, count: int) -> tuple[float, ...]:
     return tuple([first * ratio ** (i / (count - 1)) for i in range(count - 1)] + [last])
 
 
+SHORTEST, LONGEST = 1e-9, 1e9
+"""Of diffusion times: far below a vertex's area, and far beyond the time in which any mesh of radius 1 is even."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
     """How features are computed. Times are in squared lengths of the normalised mesh (maximum radius 1).
@@ -45,8 +49,10 @@ class Recipe:
             raise UsageError(f"recipe {self.name}: components is 'separate' or 'bridged', not {self.components!r}")
         if self.spectrum < 0:
             raise UsageError(f"recipe {self.name}: spectrum is a number of eigenpairs, not {self.spectrum}")
-        if not self.times or not all(isfinite(t) and t > 0 for t in self.times):
-            raise UsageError(f"recipe {self.name}: times are finite numbers above 0, not {self.times}")
+        if not self.times or not all(SHORTEST <= t <= LONGEST for t in self.times):
+            raise UsageError(
+                f"recipe {self.name}: times are numbers from {SHORTEST:g} to {LONGEST:g}, not {self.times}"
+            )
         if not (isfinite(self.regularisation) and self.regularisation >= 0):
             raise UsageError(f"recipe {self.name}: regularisation is 0 or more, not {self.regularisation}")
         if not 0 < self.hks_tolerance < 1:

@@ -7,6 +7,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +20,17 @@ from threadpoolctl import threadpool_limits
 
 from meshshard.recipe import RECIPES
 from meshshard_prep.bench import peer
+from meshshard_prep.features.adjacency import face_adjacency
+from meshshard_prep.features.dihedral import mean_dihedral
+from meshshard_prep.features.edges import Edges, edges_of
 from meshshard_prep.features.hks import heat_kernel_signature
+from meshshard_prep.features.laplacian import laplacian
+from meshshard_prep.features.normals import vertex_normals
 from meshshard_prep.formats import read_mesh
 from meshshard_prep.pipeline import features_of
 
 OFFICIAL = RECIPES["official"]
-SIZES = {252: 11, 752: 7, 2500: 1, 9000: 3, 50_000: 1}
+SIZES = {252: 11, 752: 7, 2500: 2, 9000: 3, 50_000: 2}
 """Vertices -> rounds."""
 
 TURN = 0.1
@@ -108,27 +114,67 @@ def _hks_row(size: int, rounds: int) -> dict[str, Any]:
     return row
 
 
-def path_rows() -> Iterator[dict[str, Any]]:
-    """The whole way of a file of 752 vertices: one core, and two workers. Wall time where workers are involved."""
+def path_rows(sizes: dict[int, int]) -> Iterator[dict[str, Any]]:
+    """The whole way of a file on one core, from its bytes on the disk to a Sample; `sizes` is vertices -> rounds."""
     recipe = RECIPES["paper"]
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "blob.obj"
-        vertices, faces = blob(752)
-        lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
-        lines += [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
-        path.write_text("\n".join(lines))
-        our_time, peer_time = interleaved(
-            9,
-            lambda: features_of(read_mesh(path), recipe),
-            lambda: peer.prepare(path, recipe.times, len(vertices) - 3),
-        )
-        one, two = 1e3 * peer_time, 1e3 * our_time
-        yield {"way": "one core", "peer_ms": one, "ours_ms": two, "ratio": one / two}
-        single, double = (
-            1e3 * statistics.median(_wall(path, workers, 300 * workers) for _ in range(3)) for workers in (1, 2)
-        )
-        scaling = single / double
-        yield {"way": "two workers", "peer_ms": one, "ours_ms": double, "ratio": one / double, "scaling": scaling}
+        for size, rounds in sizes.items():
+            path = write_blob(Path(folder), size)
+            pairs = size - 3 if size <= FULL_UP_TO else FEW_PAIRS
+            peer_time, our_time = (
+                1e3 * seconds
+                for seconds in interleaved(
+                    rounds,
+                    partial(peer.prepare, path, recipe.times, pairs),
+                    partial(_sample, path),
+                )
+            )
+            ratio = peer_time / our_time
+            yield {"vertices": size, "rounds": rounds, "peer_ms": peer_time, "ours_ms": our_time, "ratio": ratio}
+
+
+def parts(size: int = 752) -> dict[str, float]:
+    """CPU milliseconds of the steps of one mesh, and of dihedral angles, normals and adjacency together."""
+    recipe = RECIPES["paper"]
+    with tempfile.TemporaryDirectory() as folder:
+        path = write_blob(Path(folder), size)
+        vertices, faces = blob(size)
+        edges = edges_of(faces)
+
+        def light() -> None:
+            again = Edges(edges.ends, edges.of_face, edges.count)
+            face_adjacency(again)
+            mean_dihedral(vertices, faces, again)
+            vertex_normals(vertices, faces)
+
+        calls: dict[str, Callable[[], Any]] = {
+            "file to arrays": partial(read_mesh, path),
+            "Laplacian": partial(laplacian, vertices, faces, recipe),
+            "HKS": partial(heat_kernel_signature, *laplacian(vertices, faces, recipe), recipe.times),
+            "edges": partial(edges_of, faces),
+            "dihedral, normals, adjacency": light,
+            "everything": partial(_sample, path),
+        }
+        return {name: 1e3 * seconds for name, seconds in zip(calls, interleaved(5, *calls.values()), strict=True)}
+
+
+def worker_row(size: int = 752) -> dict[str, Any]:
+    """Elapsed milliseconds a mesh with one and with two workers, in turn."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = write_blob(Path(folder), size)
+        rounds = [[_wall(path, workers, 200 * workers) for workers in (1, 2)] for _ in range(5)]
+    one, two = (1e3 * statistics.median(times) for times in zip(*rounds, strict=True))
+    return {"one_ms": one, "two_ms": two, "scaling": one / two}
+
+
+def write_blob(folder: Path, size: int) -> Path:
+    """`blob` as an OBJ file."""
+    vertices, faces = blob(size)
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (faces + 1).tolist()]
+    path = folder / f"blob{size}.obj"
+    path.write_text("\n".join(lines))
+    return path
 
 
 def _wall(path: Path, workers: int, meshes: int) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float64, Int64
 from scipy.sparse.csgraph import minimum_spanning_tree
-from scipy.spatial import Delaunay
+from scipy.spatial import Delaunay, KDTree
 
 from meshshard_prep.features.edges import Edges
 
@@ -28,7 +28,7 @@ def bridges(
     pairs, gaps = _shortest_gaps(vertices, piece_of)
     rank = sp.coo_array((np.arange(1, len(gaps) + 1), tuple(piece_of[pairs].T)), shape=(piece_of.max() + 1,) * 2)
     kept = np.sort(minimum_spanning_tree(rank.tocsr()).data.astype(np.int64)) - 1
-    pairs, gaps = pairs[kept], gaps[kept]
+    pairs, gaps = _nearest(vertices, piece_of, pairs[kept])
     lengths = np.linalg.norm(vertices[edges.ends[:, 0]] - vertices[edges.ends[:, 1]], axis=1)
     total = np.bincount(edges.ends.ravel(), np.repeat(lengths, 2), minlength=len(vertices))
     mean = total / np.bincount(edges.ends.ravel(), minlength=len(vertices))
@@ -55,6 +55,26 @@ def _shortest_gaps(
     _, first = np.unique(piece_of[pairs[order]], axis=0, return_index=True)
     nearest = order[np.sort(first)]
     return pairs[nearest], gaps[nearest]
+
+
+def _nearest(
+    vertices: Float64[np.ndarray, "V 3"], piece_of: Int64[np.ndarray, " V"], pairs: Int64[np.ndarray, "B 2"]
+) -> tuple[Int64[np.ndarray, "B 2"], Float64[np.ndarray, " B"]]:
+    """The nearest vertices of the two pieces of each pair: tetrahedra do not resolve millionths of the whole."""
+    order = np.argsort(piece_of, kind="stable")
+    members = np.split(order, np.cumsum(np.bincount(piece_of))[:-1])
+    trees: dict[int, KDTree] = {}
+    nearest, gaps = pairs.copy(), np.empty(len(pairs))
+    for row, pieces in enumerate(piece_of[pairs]):
+        small, large = sorted(pieces, key=lambda piece: len(members[piece]))
+        if large not in trees:
+            trees[large] = KDTree(vertices[members[large]])
+        found = trees[large].query(vertices[members[small]])
+        distance, other = np.asarray(found[0]), np.asarray(found[1])
+        best = int(np.argmin(distance))
+        nearest[row] = members[small][best], members[large][other[best]]
+        gaps[row] = distance[best]
+    return nearest, gaps
 
 
 def add_links(

@@ -1,19 +1,36 @@
 """Compiled functions whose machine code is kept: beside the package, or in the user's cache folder."""
 
+import contextlib
+import hashlib
 import inspect
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core.caching import FunctionCache
+
+KERNELS = ("compiled.py", "lanes.py", "sparse_factor.py", "selected_inversion.py")
+"""Files that compiled functions are made of. numba looks at the one that defines a function, not at what it calls."""
+
+_DIGEST = hashlib.sha256(
+    b"".join(
+        (Path(__file__).with_name(name)).read_bytes() for name in KERNELS if Path(__file__).with_name(name).is_file()
+    )
+).hexdigest()
+
+
+class _Cache(FunctionCache):
+    """Entries are for one processor and one state of the sources, and published by renaming."""
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        return (*super()._index_key(sig, codegen), _DIGEST)  # type: ignore[no-untyped-call]
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """`numba.njit` with a cache where one can be written; without, every process compiles for itself.
-
-    Entries are for one processor and published by renaming, so workers and machines may share a folder.
-    """
+    """`numba.njit` with a cache where one can be written; without, every process compiles for itself."""
     plain = inspect.unwrap(function)  # a wrapper that checks argument types cannot be compiled
-    try:
-        return numba.njit(cache=True, error_model="numpy")(plain)
-    except RuntimeError:  # "no locator available": neither folder can be written to
-        return numba.njit(error_model="numpy")(plain)
+    dispatcher: Any = numba.njit(error_model="numpy")(plain)
+    with contextlib.suppress(RuntimeError):  # "no locator available": neither folder can be written to
+        dispatcher._cache = _Cache(plain)  # type: ignore[no-untyped-call]
+    return dispatcher

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float64
 
-from meshshard.errors import InvalidMesh
+from meshshard.errors import InvalidMesh, UsageError
 from meshshard_prep.features.laplacian import symmetric_operator
 from meshshard_prep.features.rational import RationalExponential
 from meshshard_prep.features.selected_inversion import inverse_diagonals
@@ -14,6 +14,9 @@ from meshshard_prep.features.stored_poles import COUNTS, rational_exponential
 
 FLOAT32_ROUNDING = 6e-8
 """Half a unit in the last place of a stored value."""
+
+ROUNDING_MARGIN = 2.0
+"""On rounding, for it is measured on one vector only."""
 
 PROMISE = 0.25
 """A sum is tried when it promises this part of the tolerance: few meshes then need a longer one."""
@@ -39,15 +42,23 @@ def heat_kernel_signature(
 
     `stiffness`, `mass`: as from `laplacian`, no massless vertex. With A = M^-1/2 L M^-1/2 this is diag(exp(-t A)) / M
     and exp(-t A) is a short sum of inverses of A - p I. The bound is that of the sum at this mesh, plus rounding as
-    measured, plus that of storing float32. InvalidMesh: it exceeds `tolerance` even with the most poles.
+    measured, plus that of storing float32. InvalidMesh: it exceeds `tolerance` even with the most poles. UsageError:
+    it would on any mesh.
     """
     operator, root = symmetric_operator(stiffness, mass)
+    image = (stiffness @ np.ones(len(mass))) / root
     bounds = []
     for count in COUNTS:
         approximation = rational_exponential(times, count)
         if approximation.error > PROMISE * tolerance and count < COUNTS[-1]:
             continue
-        kernel, error = heat_kernel_diagonal(operator, approximation, root)
+        if approximation.error > tolerance and count == COUNTS[-1]:
+            raise UsageError(
+                f"{COUNTS[-1]} poles reach a relative error of {approximation.error:.1e} for times from {min(times)} "
+                f"to {max(times)}, and the recipe's hks_tolerance is {tolerance:.1e}: raise it, or take times that "
+                "are closer together"
+            )
+        kernel, error = heat_kernel_diagonal(operator, approximation, root, image)
         bounds.append(FLOAT32_ROUNDING + _largest_ratio(error, kernel - error))
         if bounds[-1] <= tolerance:
             return HeatKernelSignature(kernel / mass[:, None], count, bounds[-1])
@@ -60,16 +71,19 @@ def heat_kernel_signature(
 
 
 def heat_kernel_diagonal(
-    operator: sp.csc_matrix, approximation: RationalExponential, ground: Float64[np.ndarray, " V"]
+    operator: sp.csc_matrix,
+    approximation: RationalExponential,
+    ground: Float64[np.ndarray, " V"],
+    image: Float64[np.ndarray, " V"],
 ) -> tuple[Float64[np.ndarray, "V T"], Float64[np.ndarray, "V T"]]:
     """diag(exp(-t A)) at every time, and a bound of its absolute error: the sum's, and rounding.
 
-    `ground` is a positive vector to measure rounding with, best one that A maps to 0.
+    Rounding is measured on the positive vector `ground`, of which A makes `image`.
     """
-    diagonals, rounding = inverse_diagonals(operator, approximation.poles, ground)
+    diagonals, rounding = inverse_diagonals(operator, approximation.poles, ground, image)
     kernel = (diagonals @ approximation.weights.T).real
     error = diagonals.imag @ approximation.majorants.T
-    error += (np.abs(diagonals) * rounding) @ np.abs(approximation.weights).T
+    error += (np.abs(diagonals) * (ROUNDING_MARGIN * rounding)) @ np.abs(approximation.weights).T
     return kernel, error
 
 

@@ -36,7 +36,9 @@ def laplacian(
             "laplacian-not-finite",
             f"the {recipe.laplacian} Laplacian has finite entries and positive masses",
             f"{bad_entries} entries and {bad_masses} masses are not",
-            advice="faces without area do this to the cotangent Laplacian: use recipe paper, or repair them",
+            advice="faces without area do this to the cotangent Laplacian: use recipe paper, or repair them"
+            if bad_entries
+            else "remove vertices whose faces are all in one point, and pieces too small for floating point",
         )
     return stiffness, mass
 

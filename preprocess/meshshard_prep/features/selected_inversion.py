@@ -44,16 +44,18 @@ class Workspace(NamedTuple):
 
 
 def inverse_diagonals(
-    matrix: sp.csc_matrix, shifts: Complex128[np.ndarray, " P"], probe: Float64[np.ndarray, " N"]
+    matrix: sp.csc_matrix,
+    shifts: Complex128[np.ndarray, " P"],
+    probe: Float64[np.ndarray, " N"],
+    image: Float64[np.ndarray, " N"],
 ) -> tuple[Complex128[np.ndarray, "N P"], Float64[np.ndarray, " P"]]:
     """diag (A - p I)^-1 for every shift p, and the rounding of each factorisation as measured.
 
-    `probe` > 0 is a vector whose image under A - p I is computed and solved for again: the rounding is the largest
-    relative difference that this makes, infinite where it is no number.
+    `probe` > 0 is a vector of which A makes `image`, known better than from the rounded A. It is solved for: the
+    rounding is the largest relative difference that this makes, infinite where it is no number.
     """
     order, columns, structure = _analysed(matrix)
-    known = probe[order]
-    image = (matrix @ probe)[order]
+    known, image = probe[order], image[order]
     low, inverse = lane_rows(len(structure.rows)), lane_rows(len(order))
     work = Workspace.of(structure)
     diagonals = np.empty((len(order), len(shifts)), dtype=complex)

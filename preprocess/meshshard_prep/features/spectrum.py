@@ -44,21 +44,26 @@ def lowest_eigenpairs(stiffness: sp.csc_matrix, mass: Float64[np.ndarray, " V"],
     """
     operator, root = symmetric_operator(stiffness, mass)
     pieces, piece_of = connected_components(operator, directed=False)
-    found_values, found_vectors = [], []
+    found = []
     for piece in range(pieces):
         members = np.flatnonzero(piece_of == piece)
-        values, vectors = _of_piece(operator[members][:, members], count + BEYOND)
-        full = np.zeros((len(mass), len(values)))
-        full[members] = vectors
-        found_values.append(values)
-        found_vectors.append(full)
-    values = np.concatenate(found_values)
+        found.append((members, *_of_piece(operator[members][:, members], count + BEYOND)))
+    values = np.concatenate([own for _, own, _ in found])
     order = np.argsort(values, kind="stable")[: count + BEYOND]
-    values, vectors = values[order], np.concatenate(found_vectors, axis=1)[:, order]
+    place = np.full(len(values), -1)
+    place[order] = np.arange(len(order))
+    vectors = np.zeros((len(mass), len(order)))
+    for (members, _, own), places in zip(found, _split(place, [len(own) for _, own, _ in found]), strict=True):
+        vectors[np.ix_(members, places[places >= 0])] = own[:, places >= 0]
+    values = values[order]
     _check(operator, values, vectors)
     cut = len(values) > count and values[count] - values[count - 1] <= TOLERANCE * max(1.0, values[count])
     modes = vectors[:, :count] / root[:, None]
     return Spectrum(values[:count], modes * _signs(modes), bool(cut))
+
+
+def _split(array: np.ndarray, sizes: list[int]) -> list[np.ndarray]:
+    return np.split(array, np.cumsum(sizes)[:-1])
 
 
 def _of_piece(operator: sp.csc_matrix, count: int) -> tuple[Float64[np.ndarray, " K"], Float64[np.ndarray, "V K"]]:

@@ -8,6 +8,7 @@ import io
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 import platformdirs
@@ -29,15 +30,15 @@ _ARRAYS = ("poles", "weights", "majorants", "uniform_error", "error")
 
 @lru_cache
 def rational_exponential(times: tuple[float, ...], count: int) -> RationalExponential:
-    """The sum with at most `count` poles for these times: from the package, from the cache, or computed and cached.
+    """The sum with `count` poles for these times: from the package, from the cache, or computed and cached.
 
-    A cache that cannot be written to costs these seconds in every process, and no more.
+    A cache that cannot be read or written costs these seconds in every process, and no more.
     """
     cached = cache_folder() / _file_name(times, count)
     for path in (PACKAGE / cached.name, cached):
-        if path.is_file():
-            with np.load(path, allow_pickle=False) as file:
-                return RationalExponential(**{name: file[name][()] for name in _ARRAYS})
+        absent_or_damaged = contextlib.suppress(OSError, EOFError, KeyError, ValueError, BadZipFile)
+        with absent_or_damaged, np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+            return RationalExponential(**{name: file[name][()] for name in _ARRAYS})
     found = fit_exponential(np.array(times), count)
     with contextlib.suppress(OSError):
         cached.parent.mkdir(parents=True, exist_ok=True)

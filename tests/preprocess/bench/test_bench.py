@@ -4,7 +4,7 @@ from shapes import write_obj
 
 from meshshard.recipe import RECIPES
 from meshshard_prep.bench import peer, report
-from meshshard_prep.bench.measure import blob, hks_rows, interleaved
+from meshshard_prep.bench.measure import blob, hks_rows, interleaved, parts, path_rows
 from meshshard_prep.features.edges import edges_of
 from meshshard_prep.features.normals import face_normals
 from meshshard_prep.pipeline import compute_features
@@ -27,10 +27,9 @@ FIGURES = {
         },
         {"vertices": 9000, "peer_pairs": 300, "peer_ms": 5000.0, "ours_ms": 250.0, "ratio": 20.0, "bound": 1e-6},
     ],
-    "path": [
-        {"way": "one core", "peer_ms": 900.0, "ours_ms": 10.0, "ratio": 90.0},
-        {"way": "two workers", "peer_ms": 900.0, "ours_ms": 5.0, "ratio": 180.0, "scaling": 2.0},
-    ],
+    "path": [{"vertices": 752, "peer_ms": 900.0, "ours_ms": 10.0, "ratio": 90.0}],
+    "parts": {"HKS": 6.0, "everything": 10.0},
+    "workers": {"one_ms": 10.0, "two_ms": 5.1, "scaling": 1.96},
     "large": {"faces": 1e6, "seconds": 300.0, "gigabytes": 4.0, "bound": 1e-6},
 }
 
@@ -49,6 +48,14 @@ def test_hks_row_measures_both_and_their_errors():
     assert row["ratio"] == pytest.approx(row["peer_ms"] / row["ours_ms"])
     assert row["ours_error"] <= row["bound"] <= 1e-5
     assert row["peer_error"] < 1  # three pairs of sixty are missing
+
+
+def test_path_row_and_parts():
+    (row,) = path_rows({60: 1})
+    assert row["ratio"] == pytest.approx(row["peer_ms"] / row["ours_ms"])
+    spent = parts(60)
+    assert all(value > 0 for value in spent.values())
+    assert spent["HKS"] < spent["everything"]
 
 
 def test_turns_are_taken_in_turn():
@@ -74,7 +81,8 @@ def test_report_has_every_figure(tmp_path):
     page = (tmp_path / "hks.md").read_text()
     assert "| 252 | 40 | 2 | 20.0 | 2.0e-07 | 1.0e-06 | 1.0e-01 |" in page
     assert "| 9000 | 5000 | 250 | 20.0 |  | 1.0e-06 |  |" in page
-    assert "| two workers | 900 | 5 | 180.0 | 2.00 |" in page
+    assert "| 752 | 900 | 10 | 90.0 |" in page
+    assert "HKS 6.00 ms, everything 10.00 ms. With two workers 5.1 ms a mesh elapsed, 1.96 times" in page
     assert "A mesh of 1,000,000 faces: all features in 300 s" in page
     assert "abacus" in page
     assert {path.name for path in tmp_path.iterdir()} == {"hks.json", "hks.md", "hks.png"}

@@ -68,6 +68,19 @@ def test_weight_is_edge_length_over_gap():
     assert weights[0] == pytest.approx(np.mean(mean) / 0.5)
 
 
+@pytest.mark.parametrize("size", [1e-4, 1e-6, 1e-8])
+def test_specks_are_joined_by_their_nearest_vertices(size):
+    speck = size * bumpy(1, 0)[0], bumpy(1, 0)[1]
+    vertices, faces = joined(
+        sphere(1), (speck[0] + [2, 0, 0], speck[1]), (speck[0] + [2 + 3 * size, 0, 0], speck[1]), step=0
+    )
+    pairs, _, piece_of = links(vertices, faces)
+    between = [pair for pair in pairs if 0 not in piece_of[pair]]
+    assert len(between) == 1
+    found = np.linalg.norm(np.subtract(*vertices[between[0]]))
+    assert found == pytest.approx(cdist(vertices[piece_of == 1], vertices[piece_of == 2]).min())
+
+
 def test_flat_pieces_and_touching_vertices_are_joined():
     vertices, faces = joined(grid(2, 2), grid(2, 2), grid(2, 2), step=2.0)  # they share whole sides
     pairs, weights, _ = links(vertices, faces)

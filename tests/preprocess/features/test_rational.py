@@ -89,6 +89,18 @@ def test_other_sums_are_cached(tmp_path, monkeypatch):
     assert [path.suffix for path in (tmp_path / "cache").iterdir()] == [".npz"]
 
 
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 broken", b"no archive"])
+def test_a_damaged_cache_is_written_again(tmp_path, monkeypatch, content):
+    monkeypatch.setattr(stored_poles, "cache_folder", lambda: tmp_path)
+    for _ in range(2):
+        rational_exponential.cache_clear()
+        assert rational_exponential((0.375,), 8).error < 1e-6
+        (file,) = tmp_path.iterdir()
+        whole, _ = file.read_bytes(), file.write_bytes(content)
+    assert len(whole) > 1000
+    rational_exponential.cache_clear()
+
+
 def test_a_cache_that_cannot_be_written_is_done_without(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setattr(stored_poles, "cache_folder", lambda: tmp_path / "file" / "cache")

@@ -175,7 +175,7 @@ def test_any_number_of_shifts(count):
     matrix = MATRICES["bumpy"]
     shifts = np.linspace(1, 50, count) + 1j * np.linspace(2, 9, count)
     probe = np.random.default_rng(3).uniform(0.5, 2, matrix.shape[0])
-    diagonals, rounding = inverse_diagonals(matrix, shifts, probe)
+    diagonals, rounding = inverse_diagonals(matrix, shifts, probe, matrix @ probe)
     for column, shift in enumerate(shifts):
         expected = np.diag(np.linalg.inv(matrix.toarray() - shift * np.eye(len(probe))))
         np.testing.assert_allclose(diagonals[:, column], expected, rtol=1e-11)
@@ -184,10 +184,43 @@ def test_any_number_of_shifts(count):
 
 
 def test_rounding_is_seen():
-    """A matrix whose rows cancel to one part in 1e12 cannot be solved to more than the other four digits."""
-    stiffness = sp.csc_matrix(1e12 * np.array([[1.0, -1.0], [-1.0, 1.0]]) * (1 / 3))
-    _, rounding = inverse_diagonals(stiffness, np.array([0.1 + 0.1j]), np.array([1.0, 1 + 1e-7]))
-    assert 1e-7 < rounding[0] < 1e-1
+    """A matrix with entries of 1e12 that should cancel, and do not to one unit in their last place."""
+    matrix = sp.csc_matrix(np.array([[1e12, -1e12], [-1e12, 1e12 * (1 + 2.3e-16)]]))
+    _, rounding = inverse_diagonals(matrix, np.array([0.1 + 0.1j]), np.ones(2), np.zeros(2))
+    assert 1e-6 < rounding[0] < 1e-2
+
+
+def test_no_number_is_infinite_rounding():
+    matrix = sp.csc_matrix(np.diag([1.0, np.nan]))
+    _, rounding = inverse_diagonals(matrix, np.array([0.1 + 0.1j]), np.ones(2), np.ones(2))
+    assert rounding[0] == np.inf
+
+
+def test_changed_sources_are_compiled_anew(tmp_path):
+    """Also where the change is in a file that the compiled function only calls."""
+    package = tmp_path / "meshshard_prep" / "features"
+    package.mkdir(parents=True)
+    source = Path(meshshard_prep.__file__).parent / "features"
+    (package / "compiled.py").write_bytes((source / "compiled.py").read_bytes())
+    for folder in (package, package.parent):
+        (folder / "__init__.py").write_text("")
+    (package / "sparse_factor.py").write_text(
+        "from meshshard_prep.features.compiled import compiled\n"
+        "from meshshard_prep.features.lanes import STEP\n"
+        "@compiled\ndef add(x):\n    return x + STEP\n"
+    )
+    results = []
+    for step in (1, 2):
+        (package / "lanes.py").write_text(f"STEP = {step}\n")
+        script = (
+            "from meshshard_prep.features.sparse_factor import add;print(add(0), sum(add.stats.cache_hits.values()))"
+        )
+        environment = os.environ | {"PYTHONPATH": str(tmp_path), "PYTHONDONTWRITEBYTECODE": "1"}
+        words = [sys.executable, "-c", script]
+        for _ in range(2):
+            done = subprocess.run(words, capture_output=True, text=True, env=environment, check=True, cwd=tmp_path)
+            results.append(done.stdout.split())
+    assert results == [["1", "0"], ["1", "1"], ["2", "0"], ["2", "1"]]  # value, and whether the cache was hit
 
 
 @pytest.mark.parametrize("order_of", [minimum_degree, nested_dissection])

@@ -10,14 +10,10 @@ from typing import Any
 import numba
 from numba.core.caching import FunctionCache
 
-KERNELS = ("compiled.py", "lanes.py", "sparse_factor.py", "selected_inversion.py")
-"""Files that compiled functions are made of. numba looks at the one that defines a function, not at what it calls."""
-
 _DIGEST = hashlib.sha256(
-    b"".join(
-        (Path(__file__).with_name(name)).read_bytes() for name in KERNELS if Path(__file__).with_name(name).is_file()
-    )
+    b"".join(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
 ).hexdigest()
+"""Of all that compiled functions may call: numba itself looks only at the file that defines a function."""
 
 
 class _Cache(FunctionCache):

@@ -1,4 +1,4 @@
-"""The verbs of the offline half: datasets, features."""
+"""The verbs of the offline half: datasets, features, bench."""
 
 import sys
 import time
@@ -109,8 +109,8 @@ def _with_options(recipe: "Recipe", components: str | None, spectrum: int) -> "R
     """The recipe with what the options change, under a name of its own."""
     from dataclasses import replace
 
-    if components not in (None, recipe.components):
-        recipe = replace(recipe, components=components or "", name=f"{recipe.name}-{components}")
+    if components is not None and components != recipe.components:
+        recipe = replace(recipe, components=components, name=f"{recipe.name}-{components}")
     if spectrum:
         recipe = replace(recipe, spectrum=spectrum, name=f"{recipe.name}-spectrum{spectrum}")
     return recipe

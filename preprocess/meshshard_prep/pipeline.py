@@ -4,10 +4,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
-from jaxtyping import Int64
 from numpy.typing import ArrayLike
-from scipy.sparse.csgraph import connected_components
 from threadpoolctl import ThreadpoolController
 
 from meshshard.errors import InvalidMesh
@@ -18,6 +15,7 @@ from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.features.adjacency import face_adjacency
 from meshshard_prep.features.areas import face_areas, vertex_areas
 from meshshard_prep.features.bridges import add_links, bridges
+from meshshard_prep.features.components import components_of
 from meshshard_prep.features.dihedral import mean_dihedral, mean_signed_dihedral, official_dihedral
 from meshshard_prep.features.edges import Edges, edges_of
 from meshshard_prep.features.hks import heat_kernel_signature
@@ -111,14 +109,6 @@ def features_of(
 def _loaded_libraries() -> ThreadpoolController:
     """Finding them takes longer than a small mesh."""
     return ThreadpoolController()
-
-
-def components_of(edges: Edges, vertices: int) -> tuple[int, Int64[np.ndarray, " V"]]:
-    """Connected pieces of a mesh, how many and which each vertex is in: a shared face, and so an edge, connects."""
-    links = (np.ones(len(edges.ends), dtype=np.int8), tuple(edges.ends.T))
-    graph = sp.coo_array(links, shape=(vertices, vertices))
-    count, member = connected_components(graph, directed=False)
-    return int(count), member.astype(np.int64)
 
 
 def _optional_features(

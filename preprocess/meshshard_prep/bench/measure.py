@@ -16,7 +16,6 @@ import numpy as np
 import scipy.linalg
 from jaxtyping import Float64, Int64
 from scipy.spatial import ConvexHull
-from threadpoolctl import threadpool_limits
 
 from meshshard.recipe import RECIPES
 from meshshard_prep.bench import peer
@@ -25,9 +24,9 @@ from meshshard_prep.features.dihedral import mean_dihedral
 from meshshard_prep.features.edges import Edges, edges_of
 from meshshard_prep.features.hks import heat_kernel_signature
 from meshshard_prep.features.laplacian import laplacian
-from meshshard_prep.features.normals import vertex_normals
+from meshshard_prep.features.normals import face_normals, vertex_normals
 from meshshard_prep.formats import read_mesh
-from meshshard_prep.pipeline import features_of
+from meshshard_prep.pipeline import compute_features, features_of
 
 OFFICIAL = RECIPES["official"]
 SIZES = {252: 11, 752: 7, 2500: 2, 9000: 3, 50_000: 2}
@@ -51,8 +50,9 @@ def blob(vertices: int) -> tuple[Float64[np.ndarray, "V 3"], Int64[np.ndarray, "
     points = np.stack([np.cos(angle), np.sin(angle), height], axis=1)
     points[:, :2] *= np.sqrt(1 - height**2)[:, None]
     hull = ConvexHull(points)
-    inward = np.einsum("fi,fi->f", hull.equations[:, :3], np.cross(*_sides(points, hull.simplices))) < 0
-    faces = np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices).astype(np.int64)
+    faces = hull.simplices.astype(np.int64)
+    inward = np.einsum("fi,fi->f", hull.equations[:, :3], face_normals(points, faces)) < 0
+    faces = np.where(inward[:, None], faces[:, ::-1], faces)
     x, y, z = points.T
     radius = 0.7 + 0.2 * np.sin(3 * x + 1) * np.cos(2 * y) + 0.1 * np.sin(5 * z + 2 * x)
     points = points * radius[:, None]
@@ -60,9 +60,9 @@ def blob(vertices: int) -> tuple[Float64[np.ndarray, "V 3"], Int64[np.ndarray, "
     return points / np.linalg.norm(points, axis=1).max(), faces
 
 
-def _sides(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    a, b, c = (points[faces[:, corner]] for corner in range(3))
-    return b - a, c - a
+def peer_pairs(size: int) -> int:
+    """Eigenpairs that the peer takes."""
+    return size - 3 if size <= FULL_UP_TO else FEW_PAIRS
 
 
 def interleaved(rounds: int, *calls: Callable[[], Any]) -> list[float]:
@@ -88,7 +88,7 @@ def hks_rows(sizes: dict[int, int]) -> Iterator[dict[str, Any]]:
 def _hks_row(size: int, rounds: int) -> dict[str, Any]:
     stiffness, mass = peer.operators(*blob(size))
     times = OFFICIAL.times
-    pairs = size - 3 if size <= FULL_UP_TO else FEW_PAIRS
+    pairs = peer_pairs(size)
     peer_time, our_time = interleaved(
         rounds,
         lambda: peer.heat_kernel_signature(stiffness, mass, times, pairs),
@@ -120,12 +120,11 @@ def path_rows(sizes: dict[int, int]) -> Iterator[dict[str, Any]]:
     with tempfile.TemporaryDirectory() as folder:
         for size, rounds in sizes.items():
             path = write_blob(Path(folder), size)
-            pairs = size - 3 if size <= FULL_UP_TO else FEW_PAIRS
             peer_time, our_time = (
                 1e3 * seconds
                 for seconds in interleaved(
                     rounds,
-                    partial(peer.prepare, path, recipe.times, pairs),
+                    partial(peer.prepare, path, recipe.times, peer_pairs(size)),
                     partial(_sample, path),
                 )
             )
@@ -187,8 +186,7 @@ def _wall(path: Path, workers: int, meshes: int) -> float:
 
 
 def _sample(path: Path) -> float:
-    with threadpool_limits(1):
-        return features_of(read_mesh(path), RECIPES["paper"]).hks_error_bound
+    return features_of(read_mesh(path), RECIPES["paper"]).hks_error_bound
 
 
 def large_mesh() -> dict[str, Any]:
@@ -199,12 +197,9 @@ def large_mesh() -> dict[str, Any]:
 
 
 def _large() -> None:
-    from meshshard_prep.pipeline import compute_features
-
     vertices, faces = blob(MILLION)
     compute_features(*blob(100))
     start = time.process_time()
-    with threadpool_limits(1):
-        sample = compute_features(vertices, faces)
+    sample = compute_features(vertices, faces)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     print(len(faces), time.process_time() - start, peak, sample.hks_error_bound)

@@ -6,7 +6,8 @@ from jaxtyping import Float64, Int64
 from scipy.sparse.csgraph import minimum_spanning_tree
 from scipy.spatial import Delaunay, KDTree
 
-from meshshard_prep.features.edges import Edges
+from meshshard_prep.features.components import members_of
+from meshshard_prep.features.edges import Edges, mean_at_ends
 
 MOST = 1e6
 """Largest weight of a link: where pieces touch they are as good as joined."""
@@ -25,21 +26,19 @@ def bridges(
     cotangent weights: it conducts as a strip of the surface would that is l wide and d long. So far pieces are
     joined weakly, pieces that touch as if by a common vertex, and nothing depends on the unit.
     """
-    pairs, gaps = _shortest_gaps(vertices, piece_of)
-    rank = sp.coo_array((np.arange(1, len(gaps) + 1), tuple(piece_of[pairs].T)), shape=(piece_of.max() + 1,) * 2)
+    pieces = _neighbouring_pieces(vertices, piece_of)
+    rank = sp.coo_array((np.arange(1, len(pieces) + 1), tuple(pieces.T)), shape=(piece_of.max() + 1,) * 2)
     kept = np.sort(minimum_spanning_tree(rank.tocsr()).data.astype(np.int64)) - 1
-    pairs, gaps = _nearest(vertices, piece_of, pairs[kept])
+    pairs, gaps = _nearest(vertices, piece_of, pieces[kept])
     lengths = np.linalg.norm(vertices[edges.ends[:, 0]] - vertices[edges.ends[:, 1]], axis=1)
-    total = np.bincount(edges.ends.ravel(), np.repeat(lengths, 2), minlength=len(vertices))
-    mean = total / np.bincount(edges.ends.ravel(), minlength=len(vertices))
-    width = mean[pairs].mean(axis=1)
+    width = mean_at_ends(edges.ends, lengths, len(vertices))[pairs].mean(axis=1)
     return pairs, width / np.maximum(gaps, width / MOST)
 
 
-def _shortest_gaps(
+def _neighbouring_pieces(
     vertices: Float64[np.ndarray, "V 3"], piece_of: Int64[np.ndarray, " V"]
-) -> tuple[Int64[np.ndarray, "G 2"], Float64[np.ndarray, " G"]]:
-    """For neighbouring pieces the nearest two vertices, the smaller piece's number first, by rising distance.
+) -> Int64[np.ndarray, "G 2"]:
+    """Numbers of pieces that are neighbours, the smaller first, by rising gap between them.
 
     The shortest link between any two sets of points is an edge of the Delaunay tetrahedra, so those are enough.
     """
@@ -52,21 +51,20 @@ def _shortest_gaps(
     pairs[swap] = pairs[swap][:, ::-1]
     gaps = np.linalg.norm(vertices[pairs[:, 0]] - vertices[pairs[:, 1]], axis=1)
     order = np.lexsort((pairs[:, 1], pairs[:, 0], gaps))
-    _, first = np.unique(piece_of[pairs[order]], axis=0, return_index=True)
-    nearest = order[np.sort(first)]
-    return pairs[nearest], gaps[nearest]
+    pieces = piece_of[pairs[order]]
+    _, first = np.unique(pieces, axis=0, return_index=True)
+    return pieces[np.sort(first)]
 
 
 def _nearest(
-    vertices: Float64[np.ndarray, "V 3"], piece_of: Int64[np.ndarray, " V"], pairs: Int64[np.ndarray, "B 2"]
+    vertices: Float64[np.ndarray, "V 3"], piece_of: Int64[np.ndarray, " V"], pieces: Int64[np.ndarray, "B 2"]
 ) -> tuple[Int64[np.ndarray, "B 2"], Float64[np.ndarray, " B"]]:
-    """The nearest vertices of the two pieces of each pair: tetrahedra do not resolve millionths of the whole."""
-    order = np.argsort(piece_of, kind="stable")
-    members = np.split(order, np.cumsum(np.bincount(piece_of))[:-1])
+    """Nearest vertices of each pair of pieces, and their gap: tetrahedra do not resolve millionths of a mesh."""
+    members = members_of(piece_of)
     trees: dict[int, KDTree] = {}
-    nearest, gaps = pairs.copy(), np.empty(len(pairs))
-    for row, pieces in enumerate(piece_of[pairs]):
-        small, large = sorted(pieces, key=lambda piece: len(members[piece]))
+    nearest, gaps = np.empty_like(pieces), np.empty(len(pieces))
+    for row, pair in enumerate(pieces):
+        small, large = sorted(pair, key=lambda piece: len(members[piece]))
         if large not in trees:
             trees[large] = KDTree(vertices[members[large]])
         found = trees[large].query(vertices[members[small]])

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Bool, Float64, Int64
 
-from meshshard_prep.features.edges import Edges
+from meshshard_prep.features.edges import Edges, mean_at_ends
 from meshshard_prep.features.normals import cross, face_normals
 
 
@@ -38,7 +38,7 @@ def mean_dihedral(
     Border and non-manifold edges are left out; a vertex without interior edge gets 0.
     """
     interior, angle, _ = turning_angles(vertices, faces, edges)
-    return _mean_at_vertices(edges.ends[interior], np.abs(angle), len(vertices))
+    return mean_at_ends(edges.ends[interior], np.abs(angle), len(vertices))
 
 
 def mean_signed_dihedral(
@@ -49,15 +49,7 @@ def mean_signed_dihedral(
     An edge whose two faces are not wound alike has no outside, and is left out too.
     """
     interior, angle, alike = turning_angles(vertices, faces, edges)
-    return _mean_at_vertices(edges.ends[interior[alike]], angle[alike], len(vertices))
-
-
-def _mean_at_vertices(
-    ends: Int64[np.ndarray, "P 2"], angle: Float64[np.ndarray, " P"], vertices: int
-) -> Float64[np.ndarray, " V"]:
-    total = np.bincount(ends.ravel(), np.repeat(angle, 2), minlength=vertices)
-    count = np.bincount(ends.ravel(), minlength=vertices)
-    return total / np.maximum(count, 1)
+    return mean_at_ends(edges.ends[interior[alike]], angle[alike], len(vertices))
 
 
 def official_dihedral(

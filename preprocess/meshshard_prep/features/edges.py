@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Int64
+from jaxtyping import Float64, Int64
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,3 +40,12 @@ def edges_of(faces: Int64[np.ndarray, "F 3"]) -> Edges:
     rank[met] = np.arange(len(met))
     ends = np.stack([low[first[met]], high[first[met]]], axis=1)
     return Edges(ends, rank[inverse].reshape(-1, 3), count[met])
+
+
+def mean_at_ends(
+    ends: Int64[np.ndarray, "P 2"], values: Float64[np.ndarray, " P"], vertices: int
+) -> Float64[np.ndarray, " V"]:
+    """Mean at each vertex of the values of edges that end there; 0 where none does."""
+    total = np.bincount(ends.ravel(), np.repeat(values, 2), minlength=vertices)
+    count = np.bincount(ends.ravel(), minlength=vertices)
+    return total / np.maximum(count, 1)

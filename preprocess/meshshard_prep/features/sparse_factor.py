@@ -82,9 +82,27 @@ def elimination_tree(indptr, indices):  # type: ignore[no-untyped-def]
 
     The rows of L have the pattern of subtrees: climbing from the entries of a row of A to it finds its own.
     """
+    parent = np.full(len(indptr) - 1, -1, np.int64)
+    count = np.zeros(len(indptr), np.int64)
+    climb(indptr, indices, parent, count[1:], np.empty(0, np.int32))
+    return parent, np.cumsum(count)
+
+
+@compiled
+def pattern_of_factor(indptr, indices, parent, start):  # type: ignore[no-untyped-def]
+    """Row numbers of L below the diagonal (entries,), column by column, rising."""
+    rows = np.empty(start[-1], np.int32)
+    climb(indptr, indices, parent, start[:-1].copy(), rows)
+    return rows
+
+
+@compiled
+def climb(indptr, indices, parent, used, rows):  # type: ignore[no-untyped-def]
+    """Visit the entries of L row by row: set the parents that are -1, and count each column's entries in `used`.
+
+    Where `rows` is not empty, each entry's row number is put there at its column's count.
+    """
     size = len(indptr) - 1
-    parent = np.full(size, -1, np.int64)
-    start = np.zeros(size + 1, np.int64)
     seen = np.full(size, -1, np.int64)
     for row in range(size):
         seen[row] = row
@@ -93,26 +111,8 @@ def elimination_tree(indptr, indices):  # type: ignore[no-untyped-def]
             while column < row and seen[column] != row:
                 if parent[column] == -1:
                     parent[column] = row
-                start[column + 1] += 1
+                if len(rows) > 0:
+                    rows[used[column]] = row
+                used[column] += 1
                 seen[column] = row
                 column = parent[column]
-    return parent, np.cumsum(start)
-
-
-@compiled
-def pattern_of_factor(indptr, indices, parent, start):  # type: ignore[no-untyped-def]
-    """Row numbers of L below the diagonal (entries,), column by column, rising."""
-    size = len(indptr) - 1
-    rows = np.empty(start[size], np.int32)
-    free = start[:size].copy()
-    seen = np.full(size, -1, np.int64)
-    for row in range(size):
-        seen[row] = row
-        for entry in range(indptr[row], indptr[row + 1]):
-            column = indices[entry]
-            while column < row and seen[column] != row:
-                seen[column] = row
-                rows[free[column]] = row
-                free[column] += 1
-                column = parent[column]
-    return rows

@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 
 from meshshard.errors import InvalidMesh
+from meshshard_prep.features.components import members_of
 from meshshard_prep.features.laplacian import symmetric_operator
 from meshshard_prep.features.selected_inversion import count_below
 
@@ -43,27 +44,19 @@ def lowest_eigenpairs(stiffness: sp.csc_matrix, mass: Float64[np.ndarray, " V"],
     InvalidMesh: a residual exceeds TOLERANCE, or by Sylvester's law of inertia some eigenvalue was missed.
     """
     operator, root = symmetric_operator(stiffness, mass)
-    pieces, piece_of = connected_components(operator, directed=False)
-    found = []
-    for piece in range(pieces):
-        members = np.flatnonzero(piece_of == piece)
-        found.append((members, *_of_piece(operator[members][:, members], count + BEYOND)))
-    values = np.concatenate([own for _, own, _ in found])
+    members = members_of(connected_components(operator, directed=False)[1])
+    found = [_of_piece(operator[piece][:, piece], count + BEYOND) for piece in members]
+    values = np.concatenate([own for own, _ in found])
+    piece_of = np.repeat(np.arange(len(found)), [len(own) for own, _ in found])
+    number = np.concatenate([np.arange(len(own)) for own, _ in found])
     order = np.argsort(values, kind="stable")[: count + BEYOND]
-    place = np.full(len(values), -1)
-    place[order] = np.arange(len(order))
-    vectors = np.zeros((len(mass), len(order)))
-    for (members, _, own), places in zip(found, _split(place, [len(own) for _, own, _ in found]), strict=True):
-        vectors[np.ix_(members, places[places >= 0])] = own[:, places >= 0]
-    values = values[order]
+    values, vectors = values[order], np.zeros((len(mass), len(order)))
+    for column, (piece, own) in enumerate(zip(piece_of[order], number[order], strict=True)):
+        vectors[members[piece], column] = found[piece][1][:, own]
     _check(operator, values, vectors)
     cut = len(values) > count and values[count] - values[count - 1] <= TOLERANCE * max(1.0, values[count])
     modes = vectors[:, :count] / root[:, None]
     return Spectrum(values[:count], modes * _signs(modes), bool(cut))
-
-
-def _split(array: np.ndarray, sizes: list[int]) -> list[np.ndarray]:
-    return np.split(array, np.cumsum(sizes)[:-1])
 
 
 def _of_piece(operator: sp.csc_matrix, count: int) -> tuple[Float64[np.ndarray, " K"], Float64[np.ndarray, "V K"]]:

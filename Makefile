@@ -1,6 +1,6 @@
 # The face of the program `meshshard`: every target sets up .venv first, and only once.
 .DEFAULT_GOAL := help
-.PHONY: help setup features train bench test check lint types imports clean
+.PHONY: help setup features train bench test soak check lint types imports clean
 
 PYTHON ?= python3
 DATASET ?= minicoseg
@@ -37,6 +37,9 @@ bench: $(READY) ## Measure the preparation beside the published way: minutes, in
 
 test: $(READY) ## Run the tests
 	$(BIN)/python -m pytest --numprocesses auto $(ARGS)
+
+soak: $(READY) ## Run the reliability tests in their long form: hours, figures for docs/reliability.md
+	MESHSHARD_SOAK=1 $(BIN)/python -m pytest -m soak --numprocesses auto $(ARGS)
 
 lint: $(READY) ## Style: ruff, which changes nothing
 	$(BIN)/ruff check .

@@ -12,7 +12,8 @@ from meshshard.schema import FIELDS
 from meshshard.writer import shard_image
 from meshshard_prep import staging
 from meshshard_prep.datasets.layout import RawDataset
-from meshshard_prep.plan import Before, Job
+from meshshard_prep.jobs import Job
+from meshshard_prep.plan import Before
 from meshshard_prep.splits import assign_splits
 
 MAX_MESHES = 256

@@ -1,4 +1,7 @@
-"""The way of one mesh: arrays, or a file and its labels, to a Sample. Pure: nothing is written or remembered."""
+"""The way of one mesh: arrays, or a file and its labels, to a Sample. Pure: nothing is written or remembered.
+
+Whoever makes the same mesh and recipe give other numbers raises ALGORITHM_VERSION in plan.py.
+"""
 
 from functools import lru_cache
 from typing import Any
@@ -25,9 +28,6 @@ from meshshard_prep.features.spectrum import Spectrum, lowest_eigenpairs
 from meshshard_prep.formats import parse_mesh
 from meshshard_prep.labels import Labels, labels_of, parse_labels
 from meshshard_prep.mesh import RawMesh
-
-ALGORITHM_VERSION = 2
-"""Raised whenever the same mesh and recipe give other numbers; stored samples of an older one are stale."""
 
 
 def compute_features(vertices: ArrayLike, faces: ArrayLike, recipe: str | Recipe = "paper") -> Sample:

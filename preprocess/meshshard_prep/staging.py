@@ -28,7 +28,7 @@ def put(folder: Path, sample: Sample) -> None:
     file.write(json.dumps({"plain": plain, "arrays": list(arrays)}).encode() + b"\n")
     for array in arrays.values():
         np.lib.format.write_array(file, np.ascontiguousarray(array), allow_pickle=False)
-    publish(folder / FOLDER / f"{sample.key}.{sha256_of(file.getvalue())}.sample", file.getvalue())
+    publish(folder / FOLDER / f"{sample.key}.{sha256_of(file.getvalue())}.sample", file.getvalue(), durable=False)
 
 
 def staged(folder: Path) -> dict[str, Path]:

@@ -24,9 +24,10 @@ def sha256_of_file(path: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def publish(path: Path, data: bytes) -> None:
+def publish(path: Path, data: bytes, *, durable: bool = True) -> None:
     """Write `data` under its final name in one step that survives a power cut: own file, fsync, rename, fsync.
 
+    Not `durable`, the step survives the death of the process, and after a power cut the content may be anything.
     OSError (disk full, say) leaves the old file, or none, and no temporary one.
     """
     temporary = path.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(4)}-{path.name}")
@@ -36,7 +37,8 @@ def publish(path: Path, data: bytes) -> None:
             view = memoryview(data)
             while view:
                 view = view[os.write(descriptor, view) :]
-            os.fsync(descriptor)
+            if durable:
+                os.fsync(descriptor)
         finally:
             os.close(descriptor)
         temporary.replace(path)
@@ -44,7 +46,8 @@ def publish(path: Path, data: bytes) -> None:
         with contextlib.suppress(OSError):
             temporary.unlink()
         raise
-    sync_folder(path.parent)
+    if durable:
+        sync_folder(path.parent)
 
 
 @contextlib.contextmanager

@@ -145,6 +145,31 @@ def test_predict_of_a_bad_file_says_why(world):
     assert "train first" in error
 
 
+def test_a_dry_run_writes_nothing_and_status_knows_the_raw_files(world, tmp_path):
+    for name in ("raw", "minicoseg"):
+        words = ["features", name, "--dry-run", "--json"]
+        status, out, error = meshshard(*words, cwd=world if name == "raw" else tmp_path)
+        if name == "minicoseg":  # would have to be generated first
+            assert (status, "not in data/raw/minicoseg" in error) == (2, True)
+            assert not list(tmp_path.iterdir())
+            continue
+        found = json.loads(out)
+        assert (status, found["stale_or_missing"], found["trials"]) == (0, 12, 5)
+        assert not (world / "data").exists()
+    status, out, _ = meshshard("status", "shards", "--raw", "raw", "--json", cwd=world)
+    assert (status, json.loads(out)["plan"]["fresh"]) == (0, 12)
+    status, out, _ = meshshard("status", "raw", "--out", "shards", cwd=world)
+    assert "12 meshes: 12 fresh, 0 to compute" in out
+
+
+def test_limits_on_the_command_line(world, tmp_path):
+    words = ["features", world / "raw", "--out", tmp_path / "out", "--jobs", 1]
+    status, out, _ = meshshard(*words, "--time-limit", 0.0001, "--json", cwd=tmp_path)
+    assert status == 1
+    assert {entry["code"] for entry in json.loads(out)["rejected"]} == {"time-limit"}
+    assert meshshard(*words, "--time-limit", 0, "--memory-limit", 0, cwd=tmp_path)[0] == 0
+
+
 def test_a_refused_mesh_shows_in_the_exit_status(tmp_path):
     write_obj(tmp_path / "raw" / "good.obj", *sphere(1))
     (tmp_path / "raw" / "bad.obj").write_text("v 0 0 x\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")

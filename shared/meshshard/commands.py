@@ -1,14 +1,14 @@
-"""The verbs that need nothing but the format: info, status, verify."""
+"""The verbs that need nothing but the format: info, verify."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from meshshard.errors import UsageError
-from meshshard.index import INDEX_NAME, read_index
+from meshshard.index import INDEX_NAME
 from meshshard.plain import to_json
 
 FEATURES = Path("data/features")
@@ -26,37 +26,6 @@ def locate(name: str) -> Path:
         f"no features of {name!r}: neither {name} nor {FEATURES / name / 'paper'} holds an {INDEX_NAME}; "
         f"compute them with: meshshard features {name}"
     )
-
-
-def status(data: Data, as_json: AsJson = False) -> None:
-    """What is stored in a folder of shards, and what was refused and why.
-
-    Example: meshshard status minicoseg --json
-    """
-    folder = locate(data)
-    index = read_index(folder)
-    table: dict[str, Any] = {
-        "folder": str(folder),
-        "dataset": index.dataset,
-        "recipe": index.recipe.name,
-        "stored": len(index.ids),
-        "refused": len(index.refused),
-        "failed": len(index.failed),
-        "shards": len(index.shards),
-        "bytes": sum(entry.bytes for entry in index.shards),
-        "rejected": [
-            {"id": entry.id, "code": entry.code, "message": entry.message}
-            for entry in (*index.refused, *index.failed)
-        ],
-    }
-    if as_json:
-        typer.echo(to_json(table))
-        return
-    for name, value in table.items():
-        if name != "rejected":
-            typer.echo(f"{name:9} {value}")
-    for entry in table["rejected"]:
-        typer.echo(f"  {entry['message']}")
 
 
 def info(data: Data, as_json: AsJson = False) -> None:

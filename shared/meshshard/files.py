@@ -4,6 +4,8 @@ import contextlib
 import hashlib
 import os
 import secrets
+import socket
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -53,18 +55,38 @@ def publish(path: Path, data: bytes, *, durable: bool = True) -> None:
 @contextlib.contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
     """Make a folder, hold it alone, and remove temporary files that killed processes left in it. The lock is the
-    system's: it ends with its holder, however that ends. UsageError where another process holds it."""
+    system's: it ends with its holder, however that ends. UsageError names another process that holds it."""
     import fcntl  # POSIX only: who only reads shards never locks, and may do so anywhere
 
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / LOCK_NAME).open("a") as file:
+    with (folder / LOCK_NAME).open("a+") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise UsageError(f"another run is writing to {folder}; wait for it, or choose another folder") from None
+            raise UsageError(
+                f"another run is writing to {folder}: {holder(folder)}; wait for it, or choose another folder"
+            ) from None
+        file.truncate(0)
+        file.write(f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%Y-%m-%d %H:%M:%S')}")
+        file.flush()
         for path in folder.glob(f"{TEMPORARY_PREFIX}*"):
             path.unlink()
         yield
+
+
+def holder(folder: Path) -> str:
+    """Who holds a folder with `lock_folder`: process, machine, since when; empty if nobody does."""
+    import fcntl
+
+    try:
+        with (folder / LOCK_NAME).open() as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return file.read()
+    except FileNotFoundError:
+        pass
+    return ""
 
 
 def sync_folder(folder: Path) -> None:

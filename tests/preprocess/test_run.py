@@ -1,6 +1,8 @@
 import os
+import re
 import resource
 import shutil
+import socket
 import subprocess
 import sys
 import time
@@ -15,7 +17,7 @@ from shapes import FAMILY, bumpy, sphere, write_labels, write_obj
 
 from meshshard import open_dataset
 from meshshard.errors import UsageError
-from meshshard.files import lock_folder, publish
+from meshshard.files import holder, lock_folder, publish
 from meshshard.index import INDEX_NAME, read_index
 from meshshard.recipe import RECIPES
 from meshshard.verify import verify
@@ -347,9 +349,14 @@ def test_a_folder_is_not_made_into_another_data_set(raw, tmp_path):
     assert tree(tmp_path / "out") == before
 
 
-def test_one_run_a_folder(raw, tmp_path):
-    with lock_folder(tmp_path / "out"), pytest.raises(UsageError, match="another run is writing"):
-        go(raw, tmp_path / "out")
+def test_one_run_a_folder_and_the_second_is_told_who_holds_it(raw, tmp_path):
+    assert holder(tmp_path / "out") == ""
+    with lock_folder(tmp_path / "out"):
+        who = rf"process {os.getpid()} on {socket.gethostname()} since \d{{4}}-\d\d-\d\d"
+        with pytest.raises(UsageError, match=f"another run is writing to .*: {who}"):
+            go(raw, tmp_path / "out")
+        assert re.match(who, holder(tmp_path / "out"))
+    assert holder(tmp_path / "out") == ""
 
 
 def test_temporary_files_of_a_killed_run_are_removed(raw, tmp_path):

@@ -89,6 +89,14 @@ def test_same_bytes_for_one_and_two_workers_and_another_place(raw, tmp_path):
     assert tree(tmp_path / "one") == tree(tmp_path / "two")
 
 
+def test_same_bytes_in_any_order(raw, tmp_path):
+    go(raw, tmp_path / "whole")
+    for seed in range(3):
+        order = np.random.default_rng(seed).permutation(10)
+        go(raw, tmp_path / f"{seed}", engine=lambda task, jobs, order=order: (task(jobs[i]) for i in order))
+        assert tree(tmp_path / f"{seed}") == tree(tmp_path / "whole")
+
+
 def test_interrupted_and_resumed(raw, tmp_path):
     """Interrupted after each number of meshes, a second run computes the rest and leaves the same bytes."""
     go(raw, tmp_path / "whole")

@@ -258,6 +258,15 @@ def test_a_file_that_changes_during_the_run_is_tried_again(raw, tmp_path):
     assert go(raw, tmp_path / "out").ok
 
 
+def test_a_folder_that_workers_do_not_share_is_told(raw, tmp_path):
+    def elsewhere(task, jobs):
+        (tmp_path / "elsewhere" / staging.FOLDER).mkdir(parents=True)
+        yield from map(replace(task, out=tmp_path / "elsewhere"), jobs)
+
+    with pytest.raises(UsageError, match="--out must be a folder that all workers share"):
+        go(raw, tmp_path / "out", engine=elsewhere)
+
+
 def test_a_worker_killed_from_outside_loses_nothing(raw, tmp_path):
     def engine(task, jobs):
         return on_this_machine(Murderous(task, "train/box", tmp_path / "killed"), jobs, workers=2)

@@ -181,12 +181,22 @@ def _with_options(recipe: "Recipe", components: str | None, spectrum: int) -> "R
 def bench(
     out: Annotated[Path, typer.Option(help="Folder for the table and the plot.")] = Path("docs/benchmarks"),
     quick: Annotated[bool, typer.Option("--quick", help="Small meshes only: seconds, not minutes.")] = False,
+    meshes: Annotated[
+        int, typer.Option(help="Instead: a run over that many small meshes, on two workers.", min=0)
+    ] = 0,
     as_json: AsJson = False,
 ) -> None:
     """Measure the preparation beside the published way, in one run, and write a table and a plot.
 
-    Example: meshshard bench --quick --out /tmp/bench
+    Examples: meshshard bench --quick --out /tmp/bench
+
+    meshshard bench --meshes 12000
     """
+    if meshes:
+        from meshshard_prep.bench.many import many_meshes
+
+        typer.echo(to_json(many_meshes(meshes)))
+        return
     from importlib.metadata import version
 
     from threadpoolctl import threadpool_limits

@@ -146,6 +146,17 @@ def test_eigenpairs_of_another_mesh_are_refused():
     assert caught.value.code == "bad-spectrum"
 
 
+def test_a_mesh_that_rounding_to_float32_closes_is_refused():
+    """A seam narrower than float32 resolves: eigenvectors know it, stored vertices do not."""
+    vertices, faces = bumpy(0, 1)
+    torn = faces.copy()
+    torn[:4] += len(vertices)
+    sample = compute_features(np.vstack([vertices, vertices * (1 + 1e-10)]), torn, SPECTRAL)
+    assert sample.diagnostics["components"] == 2
+    with pytest.raises(InvalidMesh, match="vertices that rounding to float32 made equal"):
+        operators_of(sample, SPECTRAL)
+
+
 def test_a_data_set_without_eigenvectors_says_what_to_type(tmp_path):
     from samples import toy_dataset
 

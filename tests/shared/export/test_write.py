@@ -2,9 +2,11 @@ import json
 from dataclasses import replace
 
 import pytest
+import typer
 from samples import sample, toy_dataset, write_dataset
 
 from meshshard import InvalidMesh, InvalidShard, UsageError, open_dataset
+from meshshard.commands import export
 from meshshard.export import Exporter
 from meshshard.export.formats import find_exporter
 from meshshard.export.select import select
@@ -111,6 +113,20 @@ def test_a_mesh_that_cannot_be_written_costs_itself(dataset, tmp_path):
     report = write_export(dataset, [0, 1, 2], "txt", Exporter(".txt", encode), tmp_path / "out")
     assert report["files"] == ["mesh000.txt", "mesh002.txt"]
     assert report["refused"] == ["mesh001: a mesh has faces, but it has none [no-faces]"]
+
+
+def test_the_exit_status_says_that_a_mesh_is_missing(dataset, tmp_path, monkeypatch, capsys):
+    def encode(sample):
+        if sample.id == "mesh008":
+            raise InvalidMesh("no-faces", "a mesh has faces", "it has none", place=sample.id)
+        return b"."
+
+    monkeypatch.setattr("meshshard.export.formats.find_exporter", lambda *_: Exporter(".txt", encode))
+    for split, status, said in (("val", 1, "mesh008: a mesh has faces"), ("test", 0, "toy: 3 files, 3 bytes -> ")):
+        with pytest.raises(typer.Exit) as stopped:
+            export(str(dataset.folder), "txt", tmp_path / split, split=split)
+        assert stopped.value.exit_code == status
+        assert capsys.readouterr().out.startswith(said)
 
 
 def test_meshes_are_chosen_by_split_and_id(dataset):

@@ -17,7 +17,7 @@ from meshshard_prep.clean import Mesh, clean
 from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.features.adjacency import face_adjacency
 from meshshard_prep.features.areas import face_areas, vertex_areas
-from meshshard_prep.features.bridges import add_links, bridges
+from meshshard_prep.features.bridges import bridged
 from meshshard_prep.features.components import components_of
 from meshshard_prep.features.dihedral import mean_dihedral, mean_signed_dihedral, official_dihedral
 from meshshard_prep.features.edges import Edges, edges_of
@@ -72,9 +72,7 @@ def features_of(
             stiffness, mass = laplacian(mesh.vertices, mesh.faces, recipe)
             counts["raised_areas"] = int((mass > vertex_areas(mesh.vertices, mesh.faces)).sum())
             if recipe.components == "bridged" and components > 1:
-                pairs, weights = bridges(mesh.vertices, edges, component_of)
-                stiffness = add_links(stiffness, pairs, weights)
-                counts["bridges"] = len(pairs)
+                stiffness, counts["bridges"] = bridged(stiffness, mesh.vertices, edges, component_of)
             hks = heat_kernel_signature(stiffness, mass, recipe.times, tolerance=recipe.hks_tolerance)
             spectrum = lowest_eigenpairs(stiffness, mass, recipe.spectrum) if recipe.spectrum else None
     except InvalidMesh as error:

@@ -1,4 +1,4 @@
-"""The verbs of the offline half: datasets, features, bench."""
+"""The verbs of the offline half: datasets, features, doctor, bench."""
 
 import sys
 import time
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol
 import typer
 
 from meshshard.commands import FEATURES, AsJson
-from meshshard.plain import to_json
+from meshshard.plain import print_table, to_json
 
 if TYPE_CHECKING:
     from meshshard.recipe import Recipe
@@ -103,6 +103,42 @@ def features(
         raise UsageError("stopped; what is done is kept: the same command goes on from there") from None
     _print_report(report, folder)
     raise typer.Exit(0 if report.ok else 1)
+
+
+def doctor(
+    meshes: Annotated[list[Path], typer.Argument(help="Mesh files, or folders of them.")],
+    recipe: Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")] = "paper",
+    as_json: AsJson = False,
+) -> None:
+    """Show what a mesh has, what is repaired on its working copy, and whether it is usable or why not.
+
+    Exit status 0 when all are usable, 1 when some are refused, 2 when nothing could be done.
+
+    Examples: meshshard doctor chair.obj
+
+    meshshard doctor my_folder_of_meshes --json
+    """
+    from meshshard.recipe import find_recipe
+    from meshshard_prep.doctor import diagnose, entries_at
+    from meshshard_prep.doctor_report import oddities, rows, verdict
+
+    settings = find_recipe(recipe)
+    entries = [entry for path in meshes for entry in entries_at(path)]
+    diagnoses = [diagnose(entry, settings) for entry in entries]
+    refused = sum(diagnosis.refusal is not None for diagnosis in diagnoses)
+    if as_json:
+        usable = len(diagnoses) - refused
+        found = [diagnosis.table() for diagnosis in diagnoses]
+        typer.echo(to_json({"usable": usable, "refused": refused, "meshes": found}))
+    elif len(diagnoses) == 1:
+        print_table([], rows(diagnoses[0]))
+    else:
+        print_table(
+            ["mesh", "verdict", "odd"],
+            [(diagnosis.source, verdict(diagnosis), oddities(diagnosis)) for diagnosis in diagnoses],
+        )
+        typer.echo(f"{len(diagnoses) - refused} usable, {refused} refused")
+    raise typer.Exit(1 if refused else 0)
 
 
 def _with_options(recipe: "Recipe", components: str | None, spectrum: int) -> "Recipe":

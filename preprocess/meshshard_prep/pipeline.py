@@ -69,7 +69,7 @@ def features_of(
     edges = edges_of(mesh.faces)
     _check_crowding(edges, place)
     components, component_of = components_of(edges, len(mesh.vertices))
-    counts = {"components": components, "bridges": 0, "raised_areas": 0, "cut_clusters": 0}
+    counts = counts_of(mesh, edges) | {"components": components, "bridges": 0, "unlabelled": _unlabelled(labels)}
     try:
         # One thread: the last bits of BLAS's results depend on how many there are, and workers share the cores.
         with _loaded_libraries().limit(limits=1):
@@ -85,6 +85,7 @@ def features_of(
         raise InvalidMesh(error.code, error.rule, error.found, place=place, advice=error.advice) from error
     adjacency = face_adjacency(edges)
     vertex_normal = mesh.to_vertices(vertex_normals(mesh.vertices, mesh.faces))
+    counts["undefined_normals"] = int((~vertex_normal.any(axis=1)).sum())
     counts["cut_clusters"] = int(spectrum is not None and spectrum.cut)
     return Sample(
         vertices=mesh.positions.astype(np.float32),
@@ -105,7 +106,7 @@ def features_of(
         scale=mesh.scale,
         hks_poles=hks.poles,
         hks_error_bound=hks.error_bound,
-        diagnostics=_diagnostics(mesh, edges, vertex_normal, labels) | counts,
+        diagnostics=counts,
     )
 
 
@@ -154,8 +155,8 @@ def _adjacency_of_file(mesh: Mesh, adjacency: np.ndarray) -> np.ndarray:
     return result
 
 
-def _diagnostics(mesh: Mesh, edges: Edges, normals: np.ndarray, labels: Labels | None) -> dict[str, int]:
-    found = None if labels is None else labels.faces if labels.faces is not None else labels.vertices
+def counts_of(mesh: Mesh, edges: Edges) -> dict[str, int]:
+    """What was repaired on the working copy, and what is odd about it and stays, under the names of `DIAGNOSTICS`."""
     return {
         "unreferenced_vertices": int((mesh.vertex_map < 0).sum()),
         "welded_vertices": mesh.welded_vertices,
@@ -163,6 +164,9 @@ def _diagnostics(mesh: Mesh, edges: Edges, normals: np.ndarray, labels: Labels |
         "zero_area_faces": int((face_areas(mesh.vertices, mesh.faces) == 0).sum()),
         "boundary_edges": int((edges.count == 1).sum()),
         "nonmanifold_edges": int((edges.count > 2).sum()),
-        "undefined_normals": int((~normals.any(axis=1)).sum()),
-        "unlabelled": 0 if found is None else int((found < 0).sum()),
     }
+
+
+def _unlabelled(labels: Labels | None) -> int:
+    found = None if labels is None else labels.faces if labels.faces is not None else labels.vertices
+    return 0 if found is None else int((found < 0).sum())

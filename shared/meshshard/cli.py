@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 
 from meshshard.errors import MeshshardError
 
-VERBS = ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict", "bench")
+VERBS = ("datasets", "features", "doctor", "info", "status", "verify", "train", "evaluate", "predict", "bench")
 """Order in `--help`; verbs that others add follow."""
 
 EXTRAS = {

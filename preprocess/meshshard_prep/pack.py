@@ -103,8 +103,7 @@ def _write(
         file=path.name,
         bytes=len(image),
         sha256=digest,
-        meshes=len(samples),
-        vertices=sum(len(s.vertices) for s in samples),
+        vertex_counts=tuple(len(s.vertices) for s in samples),
         faces=sum(len(s.faces) for s in samples),
     )
 

@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 
 from meshshard.errors import MeshshardError
 
-VERBS = ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict", "bench")
+VERBS = ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict", "export", "bench")
 """Order in `--help`; verbs that others add follow."""
 
 EXTRAS = {
@@ -28,6 +28,7 @@ EXTRAS = {
     ),
     "bench": ("potpourri3d",),
     "train": ("torch", "safetensors", "matplotlib"),
+    "pyg": ("torch_geometric",),
 }
 """Extra -> top-level modules that it brings."""
 

@@ -17,15 +17,17 @@ ADAPTERS = {
 """Every data set known by name."""
 
 
-def read_dataset(name: str, raw: Path | None = None, tell: Callable[[str], None] | None = None) -> RawDataset:
+def read_dataset(
+    name: str, raw: Path | None = None, tell: Callable[[str], None] | None = None, *, make: bool = True
+) -> RawDataset:
     """What `meshshard features NAME --raw DIR` means: a known name, a .toml file, a folder, or one mesh file.
 
-    A known data set is looked for in `raw`, by default data/raw/NAME, and made there if it can be generated;
-    `tell` is told so. UsageError says where the files come from and what to type.
+    A known data set is looked for in `raw`, by default data/raw/NAME, and made there if it can be generated, unless
+    `make` is false; `tell` is told so. UsageError says where the files come from and what to type.
     """
     if name in ADAPTERS:
         adapter, root = ADAPTERS[name], raw or Path("data/raw") / name
-        if adapter.generate and not adapter.is_complete(root):
+        if make and adapter.generate and not adapter.is_complete(root):
             if tell:
                 tell(f"making the raw files of {name} in {root}")
             adapter.generate(root)

@@ -228,7 +228,7 @@ def bench(
     ] = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Measure the preparation beside the published way, in one run, and write a table and a plot.
+    """Measure the preparation beside the published way, and reading beside a bare memory map: tables and a plot.
 
     Examples: meshshard bench --quick --out /tmp/bench
 
@@ -243,7 +243,7 @@ def bench(
 
     from threadpoolctl import threadpool_limits
 
-    from meshshard_prep.bench import measure, report
+    from meshshard_prep.bench import measure, report, streaming
 
     sizes = {252: 3} if quick else measure.SIZES
     libraries = ("numpy", "scipy", "numba", "potpourri3d", "robust-laplacian")
@@ -261,11 +261,17 @@ def bench(
                 typer.echo(f"{kind}: {to_json(row)}", err=True)
         figures["parts"] = measure.parts()
         figures["workers"] = measure.worker_row()
+        machine = {name: figures[name] for name in ("processor", "versions")}
+        figures["streaming"] = machine | (streaming.streaming(meshes=32) if quick else streaming.streaming())
     if not quick:
         typer.echo("a million faces: minutes", err=True)
         figures["large"] = measure.large_mesh()
+    reading = figures.pop("streaming")
     report.write(out, figures)
-    typer.echo(to_json(figures) if as_json else report.page(figures))
+    streaming.write(out, reading)
+    typer.echo(
+        to_json(figures | {"streaming": reading}) if as_json else report.page(figures) + streaming.page(reading)
+    )
 
 
 def _print_report(report: "Report", folder: Path, as_json: bool) -> None:

@@ -13,6 +13,7 @@ from meshshard.recipe import Recipe
 from meshshard_prep import staging
 from meshshard_prep.datasets.layout import RawDataset
 from meshshard_prep.engines import Engine, on_this_machine
+from meshshard_prep.ground import common_ground
 from meshshard_prep.isolation import Limits
 from meshshard_prep.jobs import ALGORITHM_VERSION, Job, rejection
 from meshshard_prep.pack import publish_dataset
@@ -65,13 +66,15 @@ def run(
         rejected = dict(plan.rejected)
         todo = [plan.jobs[name] for name in plan.todo]
         mesh_seconds = 0.0
-        task = Task(out=out, recipe=recipe, limits=limits, compute=compute)
-        for done, outcome in enumerate(_map(task, todo, engine or partial(on_this_machine, workers=jobs)), start=1):
-            mesh_seconds += outcome.seconds
-            if outcome.rejection is not None:
-                rejected[outcome.id] = outcome.rejection
-            if progress:
-                progress(done, len(todo), len(rejected))
+        with common_ground(out) as ground:
+            task = Task(out=out.resolve(), recipe=recipe, limits=limits, compute=compute, ground=ground)
+            outcomes = _map(task, todo, engine or partial(on_this_machine, workers=jobs))
+            for done, outcome in enumerate(outcomes, start=1):
+                mesh_seconds += outcome.seconds
+                if outcome.rejection is not None:
+                    rejected[outcome.id] = outcome.rejection
+                if progress:
+                    progress(done, len(todo), len(rejected))
         index = publish_dataset(
             out,
             dataset,

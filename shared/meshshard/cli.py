@@ -27,6 +27,7 @@ EXTRAS = {
         "pymetis",
     ),
     "bench": ("potpourri3d",),
+    "distributed": ("dask", "distributed", "ray"),
     "train": ("torch", "safetensors", "matplotlib"),
 }
 """Extra -> top-level modules that it brings."""

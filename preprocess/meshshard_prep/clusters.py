@@ -1,7 +1,8 @@
 """Workers on other machines: dask and ray, with the interface of `engines.py`.
 
-Both are used through their futures, with two jobs in flight for each place where one can run. Both give a job to
-another worker when they lose the first; one that kills worker after worker they give up, and its outcome is missing.
+Both are used through their futures: in joblib's backends for them one lost job ends the whole call. Two jobs are in
+flight for each place where one can run. Both clusters give a job to another worker when they lose the first; one
+that kills worker after worker they give up, and its outcome is missing.
 """
 
 import logging
@@ -56,8 +57,13 @@ def on_dask(task: Task, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
     def places() -> int:
         try:
             return sum(client.nthreads().values())
-        except OSError:  # the scheduler is gone, perhaps for a moment
+        except OSError:  # the scheduler is gone, and the client tries to find it again
             return 0
+        except RuntimeError as error:  # for too long: the client is closed
+            raise UsageError(
+                f"the dask scheduler at {address} has gone; what is done is kept: start it and its workers, "
+                "and the same command goes on from there"
+            ) from error
 
     def receive(future: Any) -> Outcome | None:
         flying.remove(future)
@@ -67,11 +73,8 @@ def on_dask(task: Task, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
             return None
 
     nobody = f"the dask scheduler at {address} has no workers; start some: `dask worker {address}`"
-    try:
+    with client:  # closed, it takes back what is queued
         yield from _through(jobs, submit, arrived, receive, places, nobody)
-    finally:
-        client.cancel(list(flying), force=True)
-        client.close()
 
 
 def on_ray(task: Task, jobs: Sequence[Job], address: str | None) -> Iterator[Outcome]:

@@ -29,7 +29,7 @@ def on_this_machine(task: Task, jobs: Sequence[Job], workers: int) -> Iterator[O
     parallel = joblib.Parallel(
         n_jobs=workers,
         return_as="generator_unordered",
-        batch_size=1,
+        batch_size="auto",  # several small meshes at a time, one large one
         initializer=_start_worker,
         initargs=(os.getpid(),),
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from meshshard.errors import FAILURES, UsageError
+from meshshard.errors import UsageError
 from meshshard.files import lock_folder
 from meshshard.index import Index
 from meshshard.recipe import Recipe
@@ -15,8 +15,8 @@ from meshshard_prep.datasets.layout import RawDataset
 from meshshard_prep.engines import Engine, on_this_machine
 from meshshard_prep.ground import common_ground
 from meshshard_prep.isolation import Limits
-from meshshard_prep.jobs import ALGORITHM_VERSION, Job, rejection
-from meshshard_prep.pack import publish_dataset
+from meshshard_prep.jobs import Job, rejection
+from meshshard_prep.pack import Packer, publish_dataset
 from meshshard_prep.plan import Before, make_plan
 from meshshard_prep.work import Outcome, Task, compute
 
@@ -63,7 +63,7 @@ def run(
         staging.prepare(out)
         plan = make_plan(dataset, out, recipe)
         check_owner(plan.before, dataset, out)
-        rejected = dict(plan.rejected)
+        packer = Packer(out, plan, recipe, dataset.classes)
         todo = [plan.jobs[name] for name in plan.todo]
         mesh_seconds = 0.0
         with common_ground(out) as ground:
@@ -71,25 +71,15 @@ def run(
             outcomes = _map(task, todo, engine or partial(on_this_machine, workers=jobs))
             for done, outcome in enumerate(outcomes, start=1):
                 mesh_seconds += outcome.seconds
-                if outcome.rejection is not None:
-                    rejected[outcome.id] = outcome.rejection
+                packer.take(outcome)
                 if progress:
-                    progress(done, len(todo), len(rejected))
+                    progress(done, len(todo), len(packer.rejected))
         index = publish_dataset(
-            out,
-            dataset,
-            [job for name, job in plan.jobs.items() if name not in rejected],
-            plan.before,
-            recipe=recipe,
-            algorithm_version=ALGORITHM_VERSION,
-            val_fraction=val_fraction,
-            split_seed=split_seed,
-            refused=[entry for entry in rejected.values() if entry.code not in FAILURES],
-            failed=[entry for entry in rejected.values() if entry.code in FAILURES],
+            out, dataset, packer, plan.before, recipe=recipe, val_fraction=val_fraction, split_seed=split_seed
         )
     return Report(
         index=index,
-        computed=sum(job.entry.id not in rejected for job in todo),
+        computed=sum(job.entry.id not in packer.rejected for job in todo),
         seconds=time.perf_counter() - start,
         mesh_seconds=mesh_seconds,
     )

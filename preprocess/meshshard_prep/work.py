@@ -22,10 +22,12 @@ TETRAHEDRON = np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What became of one mesh: staged, or rejected. `seconds`: what computing it took, without any waiting."""
+    """What became of one mesh: `staged` under that name, or rejected. `seconds`: what computing it took, without any
+    waiting."""
 
     id: str
     seconds: float
+    staged: str = ""
     rejection: Rejection | None = None
 
 
@@ -63,7 +65,7 @@ def compute(job: Job, out: Path, recipe: Recipe) -> Outcome:
     from meshshard_prep.pipeline import compute_sample  # only the processes that compute load scipy and libigl
 
     start = time.perf_counter()
-    refusal = None
+    staged, refusal = "", None
     try:
         mesh, labels = read_entry(job.entry)
         if key_of(job.entry, sha256_of(mesh), None if labels is None else sha256_of(labels), recipe) != job.key:
@@ -71,10 +73,10 @@ def compute(job: Job, out: Path, recipe: Recipe) -> Outcome:
             refusal = rejection(job.entry, "changed", message, "")
         else:
             sample = compute_sample(job.entry, mesh, labels, recipe)
-            staging.put(out, replace(sample, key=job.key, **job.names()))
+            staged = staging.put(out, replace(sample, key=job.key, **job.names()))
     except InvalidMesh as error:
         refusal = rejection(job.entry, error.code, str(error), job.key)
-    return Outcome(id=job.entry.id, seconds=time.perf_counter() - start, rejection=refusal)
+    return Outcome(id=job.entry.id, seconds=time.perf_counter() - start, staged=staged, rejection=refusal)
 
 
 def warm_up(recipe: Recipe) -> None:

@@ -10,7 +10,19 @@ from typer.core import TyperGroup
 
 from meshshard.errors import MeshshardError
 
-VERBS = ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict", "bench")
+VERBS = (
+    "datasets",
+    "features",
+    "doctor",
+    "info",
+    "status",
+    "verify",
+    "train",
+    "evaluate",
+    "predict",
+    "export",
+    "bench",
+)
 """Order in `--help`; verbs that others add follow."""
 
 EXTRAS = {
@@ -29,6 +41,7 @@ EXTRAS = {
     "bench": ("potpourri3d",),
     "distributed": ("dask", "distributed", "ray"),
     "train": ("torch", "safetensors", "matplotlib"),
+    "pyg": ("torch_geometric",),
 }
 """Extra -> top-level modules that it brings."""
 

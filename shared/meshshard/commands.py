@@ -1,4 +1,4 @@
-"""The verbs that need nothing but the format: info, verify."""
+"""The verbs that need nothing but the format: info, verify, export."""
 
 from pathlib import Path
 from typing import Annotated
@@ -75,3 +75,39 @@ def verify(
             typer.echo(finding)
         typer.echo(f"{folder}: not whole, {len(findings)} found" if findings else f"{folder}: whole")
     raise typer.Exit(1 if findings else 0)
+
+
+def export(
+    data: Data,
+    to: Annotated[str, typer.Option(help="Format: npz, ply, vtkhdf, pyg or diffusionnet.")],
+    out: Annotated[Path, typer.Option(help="Folder for the files, one for each mesh.")],
+    split: Annotated[str | None, typer.Option(help="Only the meshes of this split.")] = None,
+    id: Annotated[list[str] | None, typer.Option(help="Only meshes with such an id: * is any text.")] = None,
+    colour: Annotated[
+        str | None, typer.Option(help="Of ply: label, or a feature of vertices as dihedral or hks:3.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write the meshes of a data set for other tools: a file for each, and export.json that lists them.
+
+    Exit status 1 when a mesh cannot be written in the format; the others are.
+
+    Examples: meshshard export minicoseg --to vtkhdf --out for_paraview
+
+    meshshard export minicoseg --to ply --out pictures --split test --colour hks:3
+    """
+    from meshshard.dataset import open_dataset  # numpy and h5py stay out of --help
+    from meshshard.export.formats import find_exporter
+    from meshshard.export.select import select
+    from meshshard.export.write import write_export
+
+    dataset = open_dataset(locate(data))
+    exporter = find_exporter(to, dataset, colour)
+    report = write_export(dataset, select(dataset, split, id or []), to, exporter, out)
+    if as_json:
+        typer.echo(to_json(report))
+    else:
+        for message in report["refused"]:
+            typer.echo(message)
+        typer.echo(f"{dataset.name}: {len(report['files'])} files, {report['bytes']} bytes -> {out}")
+    raise typer.Exit(1 if report["refused"] else 0)

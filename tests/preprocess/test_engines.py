@@ -1,5 +1,6 @@
 """Workers of real clusters, over TCP on this machine: the same bytes, the same faults named, nothing lost."""
 
+import contextlib
 import os
 import re
 import signal
@@ -11,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from families import family_of
 from faults import FAULTS, Murderous, compute_or_fault, raw_folder
 
 from meshshard.errors import UsageError
@@ -112,14 +114,13 @@ def tree(folder):
 
 
 def at_work(mark):
-    """Worker processes of a cluster that have a mesh computed for them, by the marks in their children."""
-    children = Path("/proc").glob("[0-9]*")
-    return {
-        int((folder / "stat").read_text().rsplit(")")[1].split()[1])
-        for folder in children
-        if b"meshshard_prep.isolated" in (folder / "cmdline").read_bytes().split(b"\0")
-        and f"MARK={mark}".encode() in (folder / "environ").read_bytes().split(b"\0")
-    }
+    """Worker processes of a cluster that have meshes computed for them: parents of what carries its mark."""
+    workers = set()
+    for pid in family_of(mark):
+        with contextlib.suppress(OSError):  # it ended
+            if b"meshshard_prep.isolated" in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0"):
+                workers.add(int(Path(f"/proc/{pid}/stat").read_text().rsplit(")")[1].split()[1]))
+    return workers
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="workers are found in /proc")
@@ -206,7 +207,9 @@ def test_interrupted_on_dask_it_takes_back_what_is_queued(dask, alone, tmp_path)
     with dask.client() as client:
         with pytest.raises(KeyboardInterrupt):
             go(alone[0], tmp_path / "out", interrupted)
+        end = time.monotonic() + 5
         while client.run_on_scheduler(lambda dask_scheduler: len(dask_scheduler.tasks)):
+            assert time.monotonic() < end
             time.sleep(0.02)
     assert len(staging.staged(tmp_path / "out")) < 12
 

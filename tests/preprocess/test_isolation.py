@@ -2,13 +2,12 @@
 
 import os
 import signal
-import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from effort import SOAKING
+from families import family_of, start_run
 from faults import FAULTS, compute_or_fault, raw_folder
 
 from meshshard import open_dataset
@@ -93,37 +92,9 @@ def test_all_faults_in_one_run(tmp_path):
     assert verify(tmp_path / "out", full=True) == []
 
 
-PARENT = """
-import sys
-from pathlib import Path
-from faults import compute_or_fault
-from meshshard.recipe import RECIPES
-from meshshard_prep.datasets import read_dataset
-from meshshard_prep.isolation import Limits
-from meshshard_prep.run import run
-limits = Limits(seconds=None)
-run(read_dataset(sys.argv[1]), Path(sys.argv[2]), RECIPES["paper"], jobs=int(sys.argv[3]), limits=limits,
-    compute=compute_or_fault)
-"""
-
-
-def family_of(mark):
-    """Processes that inherited MARK in their environment."""
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            if f"MARK={mark}".encode() in (folder / "environ").read_bytes().split(b"\0"):
-                found.append(int(folder.name))
-        except OSError:
-            continue  # it ended, or is another user's
-    return found
-
-
 def start_family(tmp_path, jobs, mark):
     """A run whose last mesh never ends, with all else done."""
-    words = [sys.executable, "-c", PARENT, str(tmp_path / "raw"), str(tmp_path / "out"), str(jobs)]
-    environment = os.environ | {"MARK": mark, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    parent = subprocess.Popen(words, env=environment, start_new_session=True, stderr=subprocess.PIPE)
+    parent = start_run(tmp_path / "raw", tmp_path / "out", jobs, mark)
     while len(list((tmp_path / "out" / ".staging").glob("[!.]*.sample"))) < 4:
         assert parent.poll() is None
         time.sleep(0.01)

@@ -89,6 +89,14 @@ def test_same_bytes_for_one_and_two_workers_and_another_place(raw, tmp_path):
     assert tree(tmp_path / "one") == tree(tmp_path / "two")
 
 
+def test_same_bytes_in_any_order(raw, tmp_path):
+    go(raw, tmp_path / "whole")
+    for seed in range(3):
+        order = np.random.default_rng(seed).permutation(10)
+        go(raw, tmp_path / f"{seed}", engine=lambda task, jobs, order=order: (task(jobs[i]) for i in order))
+        assert tree(tmp_path / f"{seed}") == tree(tmp_path / "whole")
+
+
 def test_interrupted_and_resumed(raw, tmp_path):
     """Interrupted after each number of meshes, a second run computes the rest and leaves the same bytes."""
     go(raw, tmp_path / "whole")
@@ -248,6 +256,15 @@ def test_a_file_that_changes_during_the_run_is_tried_again(raw, tmp_path):
     ]
     assert len(report.index.ids) == 9
     assert go(raw, tmp_path / "out").ok
+
+
+def test_a_folder_that_workers_do_not_share_is_told(raw, tmp_path):
+    def elsewhere(task, jobs):
+        (tmp_path / "elsewhere" / staging.FOLDER).mkdir(parents=True)
+        yield from map(replace(task, out=tmp_path / "elsewhere"), jobs)
+
+    with pytest.raises(UsageError, match="--out must be a folder that all workers share"):
+        go(raw, tmp_path / "out", engine=elsewhere)
 
 
 def test_a_worker_killed_from_outside_loses_nothing(raw, tmp_path):

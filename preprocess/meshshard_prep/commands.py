@@ -58,6 +58,10 @@ def features(
     no_labels: NoLabels = False,
     time_limit: Annotated[float, typer.Option(help="Seconds a mesh may take; 0 for no limit.", min=0)] = 600,
     memory_limit: Annotated[float, typer.Option(help="GB a mesh may take; 0 for no limit.", min=0)] = 8,
+    backend: Annotated[str, typer.Option(help="Where workers are: loky (this machine), dask, or ray.")] = "loky",
+    address: Annotated[
+        str | None, typer.Option(help="Of dask's scheduler, as tcp://HOST:8786, or of ray, as HOST:6379.")
+    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Only tell what would be done, and what it takes.")
     ] = False,
@@ -76,6 +80,7 @@ def features(
     """
     from meshshard.errors import UsageError
     from meshshard.recipe import find_recipe
+    from meshshard_prep.engines import find_engine
     from meshshard_prep.isolation import Limits
     from meshshard_prep.progress import progress
     from meshshard_prep.run import run
@@ -84,6 +89,7 @@ def features(
         raise UsageError(f"--val-fraction is at least 0 and below 1, not {val_fraction}")
     if jobs == 0:
         raise UsageError("--jobs is the number of workers, or -1 for one a core; it cannot be 0")
+    engine = find_engine(backend, address, jobs)
     settings = _with_options(find_recipe(recipe), components, spectrum)
     raw_dataset = _raw_dataset(dataset, raw, no_labels, make=not dry_run)
     folder = out or FEATURES / raw_dataset.name / settings.name
@@ -96,7 +102,7 @@ def features(
                 raw_dataset,
                 folder,
                 settings,
-                jobs=jobs,
+                engine=engine,
                 limits=Limits(seconds=time_limit or None, memory=round(memory_limit * 1e9) or None),
                 val_fraction=val_fraction,
                 split_seed=split_seed,

@@ -39,6 +39,7 @@ EXTRAS = {
         "pymetis",
     ),
     "bench": ("potpourri3d",),
+    "distributed": ("dask", "distributed", "ray"),
     "train": ("torch", "safetensors", "matplotlib"),
     "pyg": ("torch_geometric",),
 }

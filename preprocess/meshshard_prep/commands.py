@@ -11,6 +11,7 @@ import typer
 
 from meshshard.commands import FEATURES, AsJson
 from meshshard.plain import to_json
+from meshshard.remote import local_folder, to_path
 
 if TYPE_CHECKING:
     from meshshard.recipe import Recipe
@@ -44,11 +45,17 @@ def datasets(as_json: AsJson = False) -> None:
 
 def features(
     dataset: Annotated[
-        str, typer.Argument(help="Name of a data set, a folder of meshes, a .toml file, or one mesh file.")
+        str, typer.Argument(help="Name of a data set, folder or URL of meshes, .toml file, or one mesh file.")
     ],
-    raw: Annotated[Path | None, typer.Option(help="Folder of the raw files [default: data/raw/NAME].")] = None,
+    raw: Annotated[
+        Path | None,
+        typer.Option(help="Folder or URL of the raw files [default: data/raw/NAME].", parser=to_path, metavar="DIR"),
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for the shards [default: data/features/NAME/RECIPE].")
+        Path | None,
+        typer.Option(
+            help="Folder for the shards [default: data/features/NAME/RECIPE].", parser=local_folder, metavar="DIR"
+        ),
     ] = None,
     jobs: Annotated[int, typer.Option(help="Worker processes; -1 for one a core.")] = -1,
     recipe: Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")] = "paper",
@@ -72,6 +79,8 @@ def features(
     meshshard features human_seg --raw ~/meshes/human_seg --jobs 8
 
     meshshard features my_folder_of_meshes --out shards
+
+    meshshard features s3://bucket/meshes
     """
     from meshshard.errors import UsageError
     from meshshard.recipe import find_recipe

@@ -27,6 +27,7 @@ EXTRAS = {
         "pymetis",
     ),
     "bench": ("potpourri3d",),
+    "remote": ("fsspec", "s3fs"),
     "train": ("torch", "safetensors", "matplotlib"),
 }
 """Extra -> top-level modules that it brings."""

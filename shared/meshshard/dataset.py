@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from meshshard.cache import open_shard
 from meshshard.index import Index, read_index
-from meshshard.reader import Shard
 from meshshard.recipe import Recipe
+from meshshard.remote import to_path
 from meshshard.sample import Sample
 
 
@@ -19,7 +20,7 @@ class Dataset:
 
     def __init__(self, folder: Path, index: Index) -> None:
         self.folder, self.index = folder, index
-        self._shards = [Shard(folder / entry.file, entry.sha256) for entry in index.shards]
+        self._shards = [open_shard(folder / entry.file, entry.sha256) for entry in index.shards]
         self._starts = list(accumulate((entry.meshes for entry in index.shards), initial=0))
 
     def __len__(self) -> int:
@@ -71,8 +72,10 @@ class Dataset:
 
 
 def open_dataset(folder: str | Path) -> Dataset:
-    """The samples of a folder that `meshshard features` wrote (the one that holds index.json).
+    """The samples of a folder that `meshshard features` wrote (the one that holds index.json), or of a copy of it
+    behind a URL, as s3://bucket/folder: its shards are copied to this machine as they are needed.
 
     UsageError: there is no index. InvalidShard: the index, or later a shard, is damaged.
     """
-    return Dataset(Path(folder), read_index(Path(folder)))
+    path = to_path(folder)
+    return Dataset(path, read_index(path))

@@ -90,8 +90,8 @@ def read_index(folder: Path) -> Index:
         text = path.read_bytes()
     except FileNotFoundError:
         raise UsageError(
-            f"{folder} holds no {INDEX_NAME}: no features were computed there; "
-            f"try `meshshard features DATASET --out {folder}`"
+            f"{folder} holds no {INDEX_NAME}: it is no folder of shards; "
+            "`meshshard features DATASET --out FOLDER` makes one"
         ) from None
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from error

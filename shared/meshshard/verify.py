@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from meshshard.cache import open_shard
 from meshshard.errors import InvalidShard, UsageError
 from meshshard.files import TEMPORARY_PREFIX, sha256_of_file
 from meshshard.index import ShardEntry, read_index
-from meshshard.reader import Shard
 
 
 def verify(folder: Path, *, full: bool = False) -> list[str]:
@@ -46,7 +46,7 @@ def _shard_findings(path: Path, entry: ShardEntry) -> Iterator[str]:
 
 
 def _sample_findings(path: Path, entry: ShardEntry, ids: tuple[str, ...], keys: tuple[str, ...]) -> Iterator[str]:
-    shard = Shard(path)
+    shard = open_shard(path, entry.sha256)
     try:
         if len(shard) != entry.meshes:
             yield f"{path}: {len(shard)} meshes, the index says {entry.meshes}"

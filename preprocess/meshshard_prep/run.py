@@ -153,7 +153,8 @@ def _compute(job: Job, out: Path, recipe: Recipe) -> Rejection | None:
         sample = replace(sample, key=job.key, **job.names())
         staging.put(out, sample)
     except InvalidMesh as error:
-        return _rejection(entry, error.code, str(error), job.key)
+        key = "" if error.code == "unreadable" else job.key  # a network comes back: the next run tries again
+        return _rejection(entry, error.code, str(error), key)
     except Exception as error:  # noqa: BLE001  one bad mesh costs one mesh: it is reported and counted
         return _rejection(entry, FAILED, f"{entry.source}: {type(error).__name__}: {error}", "")
     return None

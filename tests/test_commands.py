@@ -45,11 +45,11 @@ def world(tmp_path_factory):
 def test_help_names_every_verb():
     status, out, _ = meshshard("--help")
     assert status == 0
-    for verb in ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict"):
+    for verb in ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict", "export"):
         assert f" {verb} " in out
 
 
-@pytest.mark.parametrize("verb", ["info", "train", "features", "predict"])
+@pytest.mark.parametrize("verb", ["info", "train", "features", "predict", "export"])
 def test_help_does_not_import_what_is_heavy(verb):
     code = (
         "import sys; sys.argv = ['meshshard', sys.argv[1], '--help']\n"
@@ -145,6 +145,31 @@ def test_predict_of_a_bad_file_says_why(world):
     assert "train first" in error
 
 
+def test_a_dry_run_writes_nothing_and_status_knows_the_raw_files(world, tmp_path):
+    for name in ("raw", "minicoseg"):
+        words = ["features", name, "--dry-run", "--json"]
+        status, out, error = meshshard(*words, cwd=world if name == "raw" else tmp_path)
+        if name == "minicoseg":  # would have to be generated first
+            assert (status, "not in data/raw/minicoseg" in error) == (2, True)
+            assert not list(tmp_path.iterdir())
+            continue
+        found = json.loads(out)
+        assert (status, found["stale_or_missing"], found["trials"]) == (0, 12, 5)
+        assert not (world / "data").exists()
+    status, out, _ = meshshard("status", "shards", "--raw", "raw", "--json", cwd=world)
+    assert (status, json.loads(out)["plan"]["fresh"]) == (0, 12)
+    status, out, _ = meshshard("status", "raw", "--out", "shards", cwd=world)
+    assert "12 meshes: 12 fresh, 0 to compute" in out
+
+
+def test_limits_on_the_command_line(world, tmp_path):
+    words = ["features", world / "raw", "--out", tmp_path / "out", "--jobs", 1]
+    status, out, _ = meshshard(*words, "--time-limit", 0.0001, "--json", cwd=tmp_path)
+    assert status == 1
+    assert {entry["code"] for entry in json.loads(out)["rejected"]} == {"time-limit"}
+    assert meshshard(*words, "--time-limit", 0, "--memory-limit", 0, cwd=tmp_path)[0] == 0
+
+
 def test_a_refused_mesh_shows_in_the_exit_status(tmp_path):
     write_obj(tmp_path / "raw" / "good.obj", *sphere(1))
     (tmp_path / "raw" / "bad.obj").write_text("v 0 0 x\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
@@ -227,3 +252,38 @@ def test_features_with_options_of_the_recipe(tmp_path):
     status, _, error = meshshard("features", "raw", "--components", "glued", cwd=tmp_path)
     assert status == 2
     assert "components is 'separate' or 'bridged', not 'glued'" in error
+
+
+@pytest.mark.parametrize(
+    ("form", "suffix", "options"),
+    [
+        ("npz", ".npz", ()),
+        ("ply", ".ply", ("--colour", "hks:3")),
+        ("vtkhdf", ".vtkhdf", ()),
+        ("pyg", ".safetensors", ()),
+    ],
+)
+def test_export_writes_a_file_for_each_mesh_of_a_split(world, form, suffix, options):
+    call = ("export", "shards", "--to", form, "--out", f"out-{form}", "--split", "test", *options)
+    status, out, error = meshshard(*call, cwd=world)
+    assert (status, error) == (0, "")
+    assert out.startswith("raw: 3 files, ")
+    assert out.endswith(f" bytes -> out-{form}\n")
+    names = {path.name for path in (world / f"out-{form}").rglob(f"*{suffix}")}
+    assert names == {f"m{number}{suffix}" for number in (9, 10, 11)}
+    status, out, _ = meshshard(*call, "--json", cwd=world)
+    report = json.loads(out)
+    assert status == 0
+    assert report["bytes"] == sum((world / f"out-{form}" / name).stat().st_size for name in report["files"])
+
+
+def test_export_to_diffusionnet_needs_eigenvectors_and_says_so(world):
+    status, _, error = meshshard("export", "shards", "--to", "diffusionnet", "--out", "operators", cwd=world)
+    assert status == 2
+    assert "meshshard features raw --recipe paper --spectrum 128" in " ".join(error.split())
+    assert not (world / "operators").exists()
+    meshshard("features", "raw", "--out", "spectral", "--spectrum", 5, cwd=world)
+    call = ("export", "spectral", "--to", "diffusionnet", "--out", "operators", "--id", "*m0", "--id", "*m1")
+    assert meshshard(*call, cwd=world)[0] == 0
+    with np.load(world / "operators" / "train" / "m0.npz", allow_pickle=False) as found:
+        assert found["evecs"].shape == (18, 5)

@@ -15,7 +15,7 @@ from samples import toy_dataset
 from shapes import box, write_labels, write_obj
 
 from meshshard.cli import VERBS
-from meshshard.errors import REFUSALS
+from meshshard.errors import FAILURES, REFUSALS
 from meshshard.schema import ATTRIBUTES, FIELDS
 from meshshard_prep.datasets import ADAPTERS, read_dataset
 
@@ -60,12 +60,14 @@ def test_reading_block_of_the_format_document(tmp_path, monkeypatch, capsys):
 
 
 def test_refusals_document_is_the_table_of_codes():
-    assert table((DOCS / "refusals.md").read_text()) == {code: [meaning] for code, meaning in REFUSALS.items()}
+    assert table((DOCS / "refusals.md").read_text()) == {
+        code: [meaning] for code, meaning in (REFUSALS | FAILURES).items()
+    }
 
 
 def test_every_refusal_code_is_raised_somewhere():
     sources = "".join(path.read_text() for path in (ROOT / "preprocess").rglob("*.py"))
-    assert [code for code in REFUSALS if f'"{code}"' not in sources] == []
+    assert [code for code in (*REFUSALS, *FAILURES) if f'"{code}"' not in sources] == []
 
 
 def commands():

@@ -1,11 +1,7 @@
-"""The verbs of the offline half: datasets, features, bench."""
+"""The verbs of the offline half: datasets, features, status, bench."""
 
-import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Protocol
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,13 +11,8 @@ from meshshard.remote import local_folder, to_path
 
 if TYPE_CHECKING:
     from meshshard.recipe import Recipe
+    from meshshard_prep.datasets.layout import RawDataset
     from meshshard_prep.run import Report
-
-
-class Tell(Protocol):
-    """Told after each mesh that was computed: how many are done, of how many, and how many are not stored."""
-
-    def __call__(self, done: int, total: int, rejected: int) -> None: ...
 
 
 def datasets(as_json: AsJson = False) -> None:
@@ -43,31 +34,43 @@ def datasets(as_json: AsJson = False) -> None:
         typer.echo(f"{'':13} licence: {adapter.licence}\n{'':13} cite: {adapter.citation}\n")
 
 
+Raw = Annotated[
+    Path | None,
+    typer.Option(help="Folder or URL of the raw files [default: data/raw/NAME].", parser=to_path, metavar="DIR"),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder of the shards [default: data/features/NAME/RECIPE].", parser=local_folder, metavar="DIR"
+    ),
+]
+RecipeName = Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")]
+Components = Annotated[str | None, typer.Option(help="Pieces of a mesh: separate, or bridged by weak links.")]
+SpectrumSize = Annotated[int, typer.Option(help="Store that many of the lowest eigenpairs too.", min=0)]
+NoLabels = Annotated[bool, typer.Option("--no-labels", help="Ignore labels, splits and classes.")]
+
+
 def features(
     dataset: Annotated[
         str, typer.Argument(help="Name of a data set, folder or URL of meshes, .toml file, or one mesh file.")
     ],
-    raw: Annotated[
-        Path | None,
-        typer.Option(help="Folder or URL of the raw files [default: data/raw/NAME].", parser=to_path, metavar="DIR"),
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder for the shards [default: data/features/NAME/RECIPE].", parser=local_folder, metavar="DIR"
-        ),
-    ] = None,
+    raw: Raw = None,
+    out: Out = None,
     jobs: Annotated[int, typer.Option(help="Worker processes; -1 for one a core.")] = -1,
-    recipe: Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")] = "paper",
+    recipe: RecipeName = "paper",
     val_fraction: Annotated[
         float, typer.Option(help="Share of train that becomes validation if none is shipped.")
     ] = 0.15,
     split_seed: Annotated[int, typer.Option(help="Seed of that draw.", min=0)] = 0,
-    components: Annotated[
-        str | None, typer.Option(help="Pieces of a mesh: separate, or bridged by weak links.")
-    ] = None,
-    spectrum: Annotated[int, typer.Option(help="Store that many of the lowest eigenpairs too.", min=0)] = 0,
-    no_labels: Annotated[bool, typer.Option("--no-labels", help="Ignore labels, splits and classes.")] = False,
+    components: Components = None,
+    spectrum: SpectrumSize = 0,
+    no_labels: NoLabels = False,
+    time_limit: Annotated[float, typer.Option(help="Seconds a mesh may take; 0 for no limit.", min=0)] = 600,
+    memory_limit: Annotated[float, typer.Option(help="GB a mesh may take; 0 for no limit.", min=0)] = 8,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only tell what would be done, and what it takes.")
+    ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compute the features of a data set's meshes and store them as shards. Run again, it computes what is new.
 
@@ -78,14 +81,14 @@ def features(
 
     meshshard features human_seg --raw ~/meshes/human_seg --jobs 8
 
-    meshshard features my_folder_of_meshes --out shards
+    meshshard features my_folder_of_meshes --out shards --dry-run
 
     meshshard features s3://bucket/meshes
     """
     from meshshard.errors import UsageError
     from meshshard.recipe import find_recipe
-    from meshshard_prep.datasets import read_dataset
-    from meshshard_prep.datasets.layout import without_labels
+    from meshshard_prep.isolation import Limits
+    from meshshard_prep.progress import progress
     from meshshard_prep.run import run
 
     if not 0 <= val_fraction < 1:
@@ -93,25 +96,86 @@ def features(
     if jobs == 0:
         raise UsageError("--jobs is the number of workers, or -1 for one a core; it cannot be 0")
     settings = _with_options(find_recipe(recipe), components, spectrum)
-    raw_dataset = read_dataset(dataset, raw, lambda text: typer.echo(text, err=True))
-    if no_labels:
-        raw_dataset = without_labels(raw_dataset)
+    raw_dataset = _raw_dataset(dataset, raw, no_labels, make=not dry_run)
     folder = out or FEATURES / raw_dataset.name / settings.name
+    if dry_run:
+        _tell_plan(raw_dataset, folder, settings, jobs, as_json)
+        return
     try:
-        with _progress(raw_dataset.name) as tell:
+        with progress(raw_dataset.name) as tell:
             report = run(
                 raw_dataset,
                 folder,
                 settings,
                 jobs=jobs,
+                limits=Limits(seconds=time_limit or None, memory=round(memory_limit * 1e9) or None),
                 val_fraction=val_fraction,
                 split_seed=split_seed,
                 progress=tell,
             )
     except KeyboardInterrupt:
         raise UsageError("stopped; what is done is kept: the same command goes on from there") from None
-    _print_report(report, folder)
+    _print_report(report, folder, as_json)
     raise typer.Exit(0 if report.ok else 1)
+
+
+def status(
+    dataset: Annotated[
+        str, typer.Argument(help="Folder with index.json, or what `features` takes: a name, a folder, a .toml file.")
+    ],
+    raw: Raw = None,
+    out: Out = None,
+    recipe: RecipeName = "paper",
+    components: Components = None,
+    spectrum: SpectrumSize = 0,
+    no_labels: NoLabels = False,
+    as_json: AsJson = False,
+) -> None:
+    """What is stored, refused and failed; and, where the raw files are, what is fresh, what is stale and why.
+
+    Examples: meshshard status minicoseg --json
+
+    meshshard status shards --raw ~/meshes/human_seg
+    """
+    from meshshard.errors import UsageError
+    from meshshard.index import INDEX_NAME, read_index
+    from meshshard.recipe import find_recipe
+    from meshshard_prep import status as tables
+    from meshshard_prep.datasets import ADAPTERS
+
+    folder, missing = to_path(dataset), ""
+    raw_dataset: RawDataset | None = None
+    if (folder / INDEX_NAME).is_file():
+        index = read_index(folder)
+        settings = index.recipe
+        try:
+            if index.dataset in ADAPTERS:
+                raw_dataset = _raw_dataset(index.dataset, raw, no_labels, make=False)
+            else:
+                raw_dataset = _raw_dataset(str(raw or index.dataset), None, no_labels, make=False)
+        except UsageError as error:
+            missing = f"what is stale cannot be told without the raw files; say where they are with --raw. {error}"
+    else:
+        settings = _with_options(find_recipe(recipe), components, spectrum)
+        raw_dataset = _raw_dataset(dataset, raw, no_labels, make=False)
+        folder = out or FEATURES / raw_dataset.name / settings.name
+    table = tables.stored(folder) | {"plan": raw_dataset and tables.planned(raw_dataset, folder, settings)}
+    typer.echo(to_json(table) if as_json else tables.as_text(table, missing))
+
+
+def _raw_dataset(dataset: str, raw: Path | None, no_labels: bool, make: bool = True) -> "RawDataset":
+    from meshshard_prep.datasets import read_dataset
+    from meshshard_prep.datasets.layout import without_labels
+
+    found = read_dataset(dataset, raw, lambda text: typer.echo(text, err=True), make=make)
+    return without_labels(found) if no_labels else found
+
+
+def _tell_plan(dataset: "RawDataset", folder: Path, recipe: "Recipe", jobs: int, as_json: bool) -> None:
+    from meshshard_prep import status as tables
+
+    table = tables.planned(dataset, folder, recipe, workers=jobs)
+    typer.echo(to_json(table) if as_json else tables.plan_as_text(table))
 
 
 def _with_options(recipe: "Recipe", components: str | None, spectrum: int) -> "Recipe":
@@ -128,12 +192,22 @@ def _with_options(recipe: "Recipe", components: str | None, spectrum: int) -> "R
 def bench(
     out: Annotated[Path, typer.Option(help="Folder for the table and the plot.")] = Path("docs/benchmarks"),
     quick: Annotated[bool, typer.Option("--quick", help="Small meshes only: seconds, not minutes.")] = False,
+    meshes: Annotated[
+        int, typer.Option(help="Instead: a run over that many small meshes, on two workers.", min=0)
+    ] = 0,
     as_json: AsJson = False,
 ) -> None:
     """Measure the preparation beside the published way, in one run, and write a table and a plot.
 
-    Example: meshshard bench --quick --out /tmp/bench
+    Examples: meshshard bench --quick --out /tmp/bench
+
+    meshshard bench --meshes 12000
     """
+    if meshes:
+        from meshshard_prep.bench.many import many_meshes
+
+        typer.echo(to_json(many_meshes(meshes)))
+        return
     from importlib.metadata import version
 
     from threadpoolctl import threadpool_limits
@@ -163,7 +237,13 @@ def bench(
     typer.echo(to_json(figures) if as_json else report.page(figures))
 
 
-def _print_report(report: "Report", folder: Path) -> None:
+def _print_report(report: "Report", folder: Path, as_json: bool) -> None:
+    from meshshard_prep.status import stored
+
+    if as_json:
+        seconds = {"seconds": report.seconds, "mesh_seconds": report.mesh_seconds}
+        typer.echo(to_json(stored(folder) | {"computed": report.computed} | seconds))
+        return
     index = report.index
     for word, entries in (("refused", index.refused), ("failed", index.failed)):
         for entry in entries:
@@ -172,50 +252,3 @@ def _print_report(report: "Report", folder: Path) -> None:
         f"{index.dataset}: {len(index.ids)} stored ({report.computed} new), {len(index.refused)} refused, "
         f"{len(index.failed)} failed, in {report.seconds:.1f} s -> {folder}"
     )
-
-
-@contextmanager
-def _progress(name: str) -> Iterator[Tell]:
-    """A bar on a terminal, a line every ten seconds elsewhere."""
-    if not sys.stderr.isatty():
-        yield _Lines(name)
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[rate]:.1f} meshes/s"),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[rejected]} not stored"),
-    )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task(name, total=None, rejected=0, rate=0.0)
-        start = time.perf_counter()
-
-        def tell(done: int, total: int, rejected: int) -> None:
-            rate = done / (time.perf_counter() - start)
-            bar.update(task, completed=done, total=total, rejected=rejected, rate=rate)
-
-        yield tell
-
-
-class _Lines:
-    """Progress for logs."""
-
-    def __init__(self, name: str) -> None:
-        self.name, self.start = name, time.perf_counter()
-        self.next = self.start + 10
-
-    def __call__(self, done: int, total: int, rejected: int) -> None:
-        now = time.perf_counter()
-        if now >= self.next:
-            self.next = now + 10
-            rate = done / (now - self.start)
-            typer.echo(
-                f"{self.name}: {done} of {total}, {rate:.1f} meshes/s, {(total - done) / rate:.0f} s left, "
-                f"{rejected} not stored",
-                err=True,
-            )

@@ -1,55 +1,111 @@
 """Samples to shards and an index: the same samples give the same files, however they were computed."""
 
-from collections.abc import Callable, Iterator
+from collections import deque
 from dataclasses import replace
 from pathlib import Path
 
+from meshshard.errors import FAILURES, UsageError
 from meshshard.files import publish, sha256_of
-from meshshard.index import INDEX_NAME, Index, Rejection, ShardEntry
+from meshshard.index import INDEX_NAME, Index, ShardEntry
 from meshshard.recipe import Recipe
 from meshshard.sample import Sample
 from meshshard.schema import FIELDS
 from meshshard.writer import shard_image
 from meshshard_prep import staging
 from meshshard_prep.datasets.layout import RawDataset
-from meshshard_prep.plan import Before, Job
+from meshshard_prep.jobs import ALGORITHM_VERSION, Job
+from meshshard_prep.plan import Before, Plan
 from meshshard_prep.splits import assign_splits
+from meshshard_prep.work import Outcome
 
 MAX_MESHES = 256
 MAX_VERTICES = 500_000
 OPTIONAL = tuple(f.name for f in FIELDS if not f.required)
 
 
+class Packer:
+    """Writes shards while samples are still computed: in the order of ids, each as soon as it is full.
+
+    A shard holds up to MAX_MESHES and MAX_VERTICES, all with the same optional fields. Until an index names them,
+    the shards do not exist for a reader. `rejected`: all meshes that are not stored; `jobs`: all that are.
+    """
+
+    def __init__(self, out: Path, plan: Plan, recipe: Recipe, classes: tuple[str, ...]) -> None:
+        self._out, self._plan, self._recipe, self._classes = out, plan, recipe, classes
+        self._staged = staging.staged(out)
+        self._pending = set(plan.todo)
+        self._waiting = deque(sorted(plan.jobs))
+        self._portion: list[Sample] = []
+        self._shards: list[ShardEntry] = []
+        self.rejected = dict(plan.rejected)
+        self.jobs: list[Job] = []
+        stored = [plan.jobs[name] for name in self._waiting if name not in plan.rejected]
+        if plan.before.index is not None and _unchanged(plan.before.index, plan.before, stored, classes):
+            self.jobs, self._shards = stored, list(plan.before.index.shards)
+            self._waiting.clear()
+
+    def take(self, outcome: Outcome) -> None:
+        """Note what became of a mesh, and pack those that come next and are done. UsageError: what its worker stored
+        is not here."""
+        self._pending.remove(outcome.id)
+        if outcome.rejection is not None:
+            self.rejected[outcome.id] = outcome.rejection
+        elif (path := staging.path_of(self._out, outcome.staged)).is_file():
+            self._staged[self._plan.jobs[outcome.id].key] = path
+        else:
+            raise UsageError(
+                f"a worker says that it stored {outcome.id}, but {path} is not there; "
+                "--out must be a folder that all workers share"
+            )
+        self._advance()
+
+    def finish(self) -> tuple[ShardEntry, ...]:
+        """All shards, after the last outcome."""
+        self._advance()
+        self._flush()
+        return tuple(self._shards)
+
+    def _advance(self) -> None:
+        while self._waiting and self._waiting[0] not in self._pending:
+            name = self._waiting.popleft()
+            if name not in self.rejected:
+                job = self._plan.jobs[name]
+                self.jobs.append(job)
+                self._add(replace(self._load(job), **job.names()))
+
+    def _load(self, job: Job) -> Sample:
+        if job.key in self._plan.before.samples:
+            shard, row = self._plan.before.samples[job.key]
+            return shard[row]
+        return staging.get(self._staged[job.key])
+
+    def _add(self, sample: Sample) -> None:
+        vertices = sum(len(other.vertices) for other in self._portion)
+        full = len(self._portion) == MAX_MESHES or vertices + len(sample.vertices) > MAX_VERTICES
+        if self._portion and (full or _optional(sample) != _optional(self._portion[0])):
+            self._flush()
+        self._portion.append(sample)
+
+    def _flush(self) -> None:
+        if self._portion:
+            self._shards.append(_write(self._out, self._portion, self._recipe, self._classes))
+        self._portion = []
+
+
 def publish_dataset(
     out: Path,
     dataset: RawDataset,
-    jobs: list[Job],
+    packer: Packer,
     before: Before,
     *,
     recipe: Recipe,
-    algorithm_version: int,
     val_fraction: float,
     split_seed: int,
-    refused: list[Rejection],
-    failed: list[Rejection],
 ) -> Index:
-    """Shards of all `jobs`, whose samples are staged or stored before; then the index; then what it no longer names
-    goes. Killed anywhere, the folder is the old data set or the new one."""
-    jobs = sorted(jobs, key=lambda job: job.entry.id)
-    if _unchanged(dataset, jobs, before) and before.index is not None:
-        shards = before.index.shards
-    else:
-        waiting = staging.staged(out)
-
-        def load(job: Job) -> Sample:
-            if job.key in before.samples:
-                shard, row = before.samples[job.key]
-                return replace(shard[row], **job.names())
-            return replace(staging.get(waiting[job.key]), **job.names())
-
-        shards = tuple(
-            _write(out, samples, recipe, algorithm_version, dataset.classes) for samples in _portions(jobs, load)
-        )
+    """The last shards; then the index; then what it no longer names goes. Killed anywhere, the folder is the old
+    data set or the new one."""
+    shards = packer.finish()
+    jobs, rejected = packer.jobs, sorted(packer.rejected.values(), key=lambda entry: entry.id)
     # drawn over all entries: a mesh that is refused today does not move the others between splits
     splits = assign_splits(dataset.entries, fraction=val_fraction, seed=split_seed)
     index = Index(
@@ -57,15 +113,15 @@ def publish_dataset(
         task=dataset.task,
         classes=dataset.classes,
         recipe=recipe,
-        algorithm_version=algorithm_version,
+        algorithm_version=ALGORITHM_VERSION,
         shards=shards,
         ids=tuple(job.entry.id for job in jobs),
         keys=tuple(job.key for job in jobs),
         splits=tuple(splits[job.entry.id] for job in jobs),
         split_seed=split_seed,
         val_fraction=val_fraction,
-        refused=tuple(sorted(refused, key=lambda entry: entry.id)),
-        failed=tuple(sorted(failed, key=lambda entry: entry.id)),
+        refused=tuple(entry for entry in rejected if entry.code not in FAILURES),
+        failed=tuple(entry for entry in rejected if entry.code in FAILURES),
     )
     if index != before.index:
         publish(out / INDEX_NAME, index.to_bytes())
@@ -77,11 +133,11 @@ def publish_dataset(
     return index
 
 
-def _unchanged(dataset: RawDataset, jobs: list[Job], before: Before) -> bool:
-    """The shards hold these samples already, under these names."""
-    if before.index is None or dataset.classes != before.index.classes:
+def _unchanged(index: Index, before: Before, jobs: list[Job], classes: tuple[str, ...]) -> bool:
+    """The shards hold these samples already, under these names, and no others."""
+    if classes != index.classes:
         return False
-    if [job.key for job in jobs] != list(before.index.keys) or any(job.key not in before.samples for job in jobs):
+    if [job.key for job in jobs] != list(index.keys) or any(job.key not in before.samples for job in jobs):
         return False
     rows = (before.samples[job.key] for job in jobs)
     return all(
@@ -90,11 +146,9 @@ def _unchanged(dataset: RawDataset, jobs: list[Job], before: Before) -> bool:
     )
 
 
-def _write(
-    out: Path, samples: list[Sample], recipe: Recipe, algorithm_version: int, classes: tuple[str, ...]
-) -> ShardEntry:
+def _write(out: Path, samples: list[Sample], recipe: Recipe, classes: tuple[str, ...]) -> ShardEntry:
     """Publish one shard under a name made of its content; a file of that name that is whole is the same file."""
-    image = shard_image(samples, recipe=recipe, algorithm_version=algorithm_version, classes=classes)
+    image = shard_image(samples, recipe=recipe, algorithm_version=ALGORITHM_VERSION, classes=classes)
     digest = sha256_of(image)
     path = out / f"shard-{digest[:16]}.h5"
     if not (path.is_file() and path.read_bytes() == image):
@@ -107,22 +161,6 @@ def _write(
         vertices=sum(len(s.vertices) for s in samples),
         faces=sum(len(s.faces) for s in samples),
     )
-
-
-def _portions(jobs: list[Job], load: Callable[[Job], Sample]) -> Iterator[list[Sample]]:
-    """Samples in the order of their ids, up to MAX_MESHES and MAX_VERTICES each, with the same optional fields."""
-    portion: list[Sample] = []
-    vertices = 0
-    for job in jobs:
-        sample = load(job)
-        full = len(portion) == MAX_MESHES or vertices + len(sample.vertices) > MAX_VERTICES
-        if portion and (full or _optional(sample) != _optional(portion[0])):
-            yield portion
-            portion, vertices = [], 0
-        portion.append(sample)
-        vertices += len(sample.vertices)
-    if portion:
-        yield portion
 
 
 def _optional(sample: Sample) -> list[bool]:

@@ -1,4 +1,7 @@
-"""The way of one mesh: arrays, or a file and its labels, to a Sample. Pure: nothing is written or remembered."""
+"""The way of one mesh: arrays, or a file and its labels, to a Sample. Pure: nothing is written or remembered.
+
+Whoever makes the same mesh and recipe give other numbers raises ALGORITHM_VERSION in plan.py.
+"""
 
 from functools import lru_cache
 from typing import Any
@@ -14,7 +17,7 @@ from meshshard_prep.clean import Mesh, clean
 from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.features.adjacency import face_adjacency
 from meshshard_prep.features.areas import face_areas, vertex_areas
-from meshshard_prep.features.bridges import add_links, bridges
+from meshshard_prep.features.bridges import bridged
 from meshshard_prep.features.components import components_of
 from meshshard_prep.features.dihedral import mean_dihedral, mean_signed_dihedral, official_dihedral
 from meshshard_prep.features.edges import Edges, edges_of
@@ -25,9 +28,6 @@ from meshshard_prep.features.spectrum import Spectrum, lowest_eigenpairs
 from meshshard_prep.formats import parse_mesh
 from meshshard_prep.labels import Labels, labels_of, parse_labels
 from meshshard_prep.mesh import RawMesh
-
-ALGORITHM_VERSION = 2
-"""Raised whenever the same mesh and recipe give other numbers; stored samples of an older one are stale."""
 
 
 def compute_features(vertices: ArrayLike, faces: ArrayLike, recipe: str | Recipe = "paper") -> Sample:
@@ -72,9 +72,7 @@ def features_of(
             stiffness, mass = laplacian(mesh.vertices, mesh.faces, recipe)
             counts["raised_areas"] = int((mass > vertex_areas(mesh.vertices, mesh.faces)).sum())
             if recipe.components == "bridged" and components > 1:
-                pairs, weights = bridges(mesh.vertices, edges, component_of)
-                stiffness = add_links(stiffness, pairs, weights)
-                counts["bridges"] = len(pairs)
+                stiffness, counts["bridges"] = bridged(stiffness, mesh.vertices, edges, component_of)
             hks = heat_kernel_signature(stiffness, mass, recipe.times, tolerance=recipe.hks_tolerance)
             spectrum = lowest_eigenpairs(stiffness, mass, recipe.spectrum) if recipe.spectrum else None
     except InvalidMesh as error:

@@ -1,116 +1,120 @@
-"""What a run would do: the key of every entry, and where its sample already is."""
+"""What a run would do: what is stored, what is to be computed and why."""
 
 import contextlib
+from collections.abc import Collection
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from meshshard.cache import open_shard
 from meshshard.errors import InvalidMesh, InvalidShard
-from meshshard.files import sha256_of
 from meshshard.index import INDEX_NAME, Index, Rejection, read_index
 from meshshard.reader import Shard
 from meshshard.recipe import Recipe
-from meshshard_prep.datasets.layout import Entry
-from meshshard_prep.formats import read_file
+from meshshard_prep import staging
+from meshshard_prep.datasets.layout import Entry, RawDataset
+from meshshard_prep.jobs import ALGORITHM_VERSION, Job, make_job, rejection
+
+READERS = 8
+"""Threads that hash raw files: those wait for the disk or the network."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Job:
-    """One entry with the bytes it is made of, by hash. `key` names its sample: same key, same numbers."""
+class Plan:
+    """What a run would do. `jobs`: every mesh that can be read, by id; `rejected`: those that cannot, and those
+    refused before whose files have not changed; `todo`: id -> why it is to be computed; `gone`: ids that are stored
+    and not among the raw files any more."""
 
-    entry: Entry
-    source_sha256: str
-    key: str
+    before: "Before"
+    jobs: dict[str, Job]
+    rejected: dict[str, Rejection]
+    todo: dict[str, str]
+    gone: tuple[str, ...]
 
-    def names(self) -> dict[str, Any]:
-        """What its sample is called. Not part of the key: taken from the entry every time a sample is packed."""
-        return {
-            "id": self.entry.id,
-            "source": self.entry.source,
-            "source_sha256": self.source_sha256,
-            "split": self.entry.split,
-            "group": self.entry.group,
-        }
+    @property
+    def fresh(self) -> int:
+        """Meshes whose sample is stored already, or computed and waiting to be packed."""
+        return len(self.jobs) - len(self.todo) - len(self.rejected.keys() & self.jobs.keys())
 
 
-def make_job(entry: Entry, recipe: Recipe, algorithm_version: int) -> Job:
-    """Read an entry's files and name its sample. InvalidMesh where a file cannot be read, or has no proper name."""
+def make_plan(dataset: RawDataset, out: Path, recipe: Recipe) -> Plan:
+    """Hash all raw files and hold them against what `out` holds. Nothing is written."""
+    before = stored_before(out)
+    staged = staging.staged(out)
+    jobs, rejected = {}, {}
+    entries = sorted(dataset.entries, key=lambda entry: entry.id)
+    with ThreadPoolExecutor(READERS) as threads:
+        found = threads.map(lambda entry: _job_or_rejection(entry, recipe), entries)
+        for entry, job in zip(entries, found, strict=True):
+            if isinstance(job, Rejection):
+                rejected[entry.id] = job
+                continue
+            jobs[entry.id] = job
+            if refusal := before.refused.get((job.key, entry.id, entry.source)):
+                rejected[entry.id] = refusal
+    todo = {
+        name: reason
+        for name, job in jobs.items()
+        if name not in rejected and (reason := before.reason(job, recipe, staged))
+    }
+    stored = before.index.ids if before.index else ()
+    ids = {entry.id for entry in entries}
+    gone = tuple(name for name in stored if name not in ids)
+    return Plan(before=before, jobs=jobs, rejected=rejected, todo=todo, gone=gone)
+
+
+def _job_or_rejection(entry: Entry, recipe: Recipe) -> Job | Rejection:
     try:
-        entry.source.encode()
-    except UnicodeEncodeError:
-        raise InvalidMesh(
-            "bad-name",
-            "a file's name is UTF-8",
-            f"this one is {entry.source.encode(errors='surrogateescape')!r}",
-            place=printable(entry.source),
-            advice="rename it",
-        ) from None
-    mesh, labels = read_entry(entry)
-    key = key_of(entry, mesh, labels, recipe, algorithm_version)
-    return Job(entry=entry, source_sha256=sha256_of(mesh), key=key)
-
-
-def key_of(entry: Entry, mesh: bytes, labels: bytes | None, recipe: Recipe, algorithm_version: int) -> str:
-    """Hash of all that a sample depends on: mesh and label bytes, what labels mean, recipe, algorithm version.
-
-    Paths, times, job counts and splits are not part of it.
-    """
-    parts = (
-        f"algorithm {algorithm_version}",
-        recipe.to_json(),
-        sha256_of(mesh),
-        entry.path.suffix.lower(),
-        sha256_of(labels) if labels is not None else "no labels",
-        repr((sorted(entry.label_classes.items()), entry.label_domains, entry.mesh_label)),
-    )
-    return sha256_of("\n".join(parts).encode())
-
-
-def read_entry(entry: Entry) -> tuple[bytes, bytes | None]:
-    """The bytes of an entry's mesh file and, where it should have one, of its label file."""
-    mesh = read_file(entry.path, entry.source)
-    if entry.labels is None:
-        return mesh, None
-    if not entry.labels.exists():
-        raise InvalidMesh(
-            "no-labels",
-            f"its label file is {entry.labels.name}",
-            "there is no such file",
-            place=entry.source,
-            advice=f"put it at {entry.labels.parent.name}/{entry.labels.name}, or take the mesh away",
-        )
-    return mesh, read_file(entry.labels, entry.labels.name)
-
-
-def printable(name: str) -> str:
-    """A name as valid UTF-8: bytes that are none are written as \\xNN."""
-    return name.encode(errors="surrogateescape").decode(errors="backslashreplace")
+        return make_job(entry, recipe)
+    except InvalidMesh as error:
+        return rejection(entry, error.code, str(error), "")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Before:
-    """What a folder holds already. `samples`: key -> shard and row; `refused`: (key, id, source) -> refusal, whose
-    message names the file."""
+    """What a folder holds already. `samples`: key -> shard and row; `places`: id -> shard and row; `refused`:
+    (key, id, source) -> refusal, whose message names the file."""
 
     index: Index | None
     samples: dict[str, tuple[Shard, int]]
+    places: dict[str, tuple[Shard, int]]
     refused: dict[tuple[str, str, str], Rejection]
+
+    def reason(self, job: Job, recipe: Recipe, staged: Collection[str]) -> str:
+        """Why a job is to be computed; empty where it is not."""
+        if job.key in self.samples or job.key in staged:
+            return ""
+        index, name = self.index, job.entry.id
+        if index is None or name not in {*self.places, *index.ids}:
+            rejected = {entry.id: entry.code for entry in (*index.refused, *index.failed)} if index else {}
+            return f"not stored before: {rejected[name]}" if name in rejected else "new"
+        if index.recipe != recipe:
+            return "another recipe"
+        if index.algorithm_version != ALGORITHM_VERSION:
+            return f"algorithm version {index.algorithm_version}, now {ALGORITHM_VERSION}"
+        if name not in self.places:
+            return "its shard is damaged or gone"
+        shard, row = self.places[name]
+        return "mesh changed" if shard.columns["source_sha256"][row] != job.source_sha256 else "labels changed"
 
 
 def stored_before(folder: Path) -> Before:
     """The samples and refusals of earlier runs. A damaged index or shard counts as none: it is made again."""
+    nothing = Before(index=None, samples={}, places={}, refused={})
     if not (folder / INDEX_NAME).exists():
-        return Before(index=None, samples={}, refused={})
+        return nothing
     try:
         index = read_index(folder)
     except InvalidShard:
-        return Before(index=None, samples={}, refused={})
+        return nothing
     samples: dict[str, tuple[Shard, int]] = {}
+    places: dict[str, tuple[Shard, int]] = {}
     start = 0
     for entry in index.shards:
-        shard = Shard(folder / entry.file, entry.sha256)
+        shard = open_shard(folder / entry.file, entry.sha256)
         with contextlib.suppress(InvalidShard):
-            samples |= {key: (shard, row) for row, key in enumerate(index.keys[start : start + len(shard)])}
+            for row in range(len(shard)):
+                samples[index.keys[start + row]] = places[index.ids[start + row]] = shard, row
         start += entry.meshes
     refused = {(entry.key, entry.id, entry.source): entry for entry in index.refused if entry.key}
-    return Before(index=index, samples=samples, refused=refused)
+    return Before(index=index, samples=samples, places=places, refused=refused)

@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 
 from meshshard.errors import MeshshardError
 
-VERBS = ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict", "bench")
+VERBS = ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict", "export", "bench")
 """Order in `--help`; verbs that others add follow."""
 
 EXTRAS = {
@@ -29,6 +29,7 @@ EXTRAS = {
     "bench": ("potpourri3d",),
     "remote": ("fsspec", "s3fs"),
     "train": ("torch", "safetensors", "matplotlib"),
+    "pyg": ("torch_geometric",),
 }
 """Extra -> top-level modules that it brings."""
 

@@ -1,14 +1,14 @@
-"""The verbs that need nothing but the format: info, status, verify."""
+"""The verbs that need nothing but the format: info, verify, export."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from meshshard.errors import UsageError
-from meshshard.index import INDEX_NAME, read_index
+from meshshard.index import INDEX_NAME
 from meshshard.plain import to_json
 from meshshard.remote import is_url, to_path
 
@@ -29,37 +29,6 @@ def locate(name: str) -> Path:
         f"no features of {name!r}: neither {name} nor {FEATURES / name / 'paper'} holds an {INDEX_NAME}; "
         f"compute them with: meshshard features {name}"
     )
-
-
-def status(data: Data, as_json: AsJson = False) -> None:
-    """What is stored in a folder of shards, and what was refused and why.
-
-    Example: meshshard status minicoseg --json
-    """
-    folder = locate(data)
-    index = read_index(folder)
-    table: dict[str, Any] = {
-        "folder": str(folder),
-        "dataset": index.dataset,
-        "recipe": index.recipe.name,
-        "stored": len(index.ids),
-        "refused": len(index.refused),
-        "failed": len(index.failed),
-        "shards": len(index.shards),
-        "bytes": sum(entry.bytes for entry in index.shards),
-        "rejected": [
-            {"id": entry.id, "code": entry.code, "message": entry.message}
-            for entry in (*index.refused, *index.failed)
-        ],
-    }
-    if as_json:
-        typer.echo(to_json(table))
-        return
-    for name, value in table.items():
-        if name != "rejected":
-            typer.echo(f"{name:9} {value}")
-    for entry in table["rejected"]:
-        typer.echo(f"  {entry['message']}")
 
 
 def info(data: Data, as_json: AsJson = False) -> None:
@@ -109,3 +78,39 @@ def verify(
             typer.echo(finding)
         typer.echo(f"{folder}: not whole, {len(findings)} found" if findings else f"{folder}: whole")
     raise typer.Exit(1 if findings else 0)
+
+
+def export(
+    data: Data,
+    to: Annotated[str, typer.Option(help="Format: npz, ply, vtkhdf, pyg or diffusionnet.")],
+    out: Annotated[Path, typer.Option(help="Folder for the files, one for each mesh.")],
+    split: Annotated[str | None, typer.Option(help="Only the meshes of this split.")] = None,
+    id: Annotated[list[str] | None, typer.Option(help="Only meshes with such an id: * is any text.")] = None,
+    colour: Annotated[
+        str | None, typer.Option(help="Of ply: label, or a feature of vertices as dihedral or hks:3.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write the meshes of a data set for other tools: a file for each, and export.json that lists them.
+
+    Exit status 1 when a mesh cannot be written in the format; the others are.
+
+    Examples: meshshard export minicoseg --to vtkhdf --out for_paraview
+
+    meshshard export minicoseg --to ply --out pictures --split test --colour hks:3
+    """
+    from meshshard.dataset import open_dataset  # numpy and h5py stay out of --help
+    from meshshard.export.formats import find_exporter
+    from meshshard.export.select import select
+    from meshshard.export.write import write_export
+
+    dataset = open_dataset(locate(data))
+    exporter = find_exporter(to, dataset, colour)
+    report = write_export(dataset, select(dataset, split, id or []), to, exporter, out)
+    if as_json:
+        typer.echo(to_json(report))
+    else:
+        for message in report["refused"]:
+            typer.echo(message)
+        typer.echo(f"{dataset.name}: {len(report['files'])} files, {report['bytes']} bytes -> {out}")
+    raise typer.Exit(1 if report["refused"] else 0)

@@ -29,6 +29,16 @@ REFUSALS = {
 }
 """Stable code of every refusal -> what it means. docs/refusals.md is checked against this table."""
 
+FAILURES = {
+    "crashed": "The process that computed the mesh died, and a second one too: a fault in a library, or a kill.",
+    "time-limit": "Computing took longer than --time-limit.",
+    "memory-limit": "Computing needs more memory than --memory-limit.",
+    "error": "The program raised an error that it should not.",
+    "changed": "The file changed while the run went on.",
+    "lost": "Its worker was lost several times, and nothing came back.",
+}
+"""Stable code of every failure -> what it means: the mesh broke no rule, and the next run tries it again."""
+
 
 class MeshshardError(Exception):
     """Base of every error meshshard raises on purpose. Its text is meant to be read by a person."""

@@ -4,6 +4,8 @@ import contextlib
 import hashlib
 import os
 import secrets
+import socket
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -24,9 +26,10 @@ def sha256_of_file(path: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def publish(path: Path, data: bytes) -> None:
+def publish(path: Path, data: bytes, *, durable: bool = True) -> None:
     """Write `data` under its final name in one step that survives a power cut: own file, fsync, rename, fsync.
 
+    Not `durable`, the step survives the death of the process, and after a power cut the content may be anything.
     OSError (disk full, say) leaves the old file, or none, and no temporary one.
     """
     temporary = path.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(4)}-{path.name}")
@@ -36,7 +39,8 @@ def publish(path: Path, data: bytes) -> None:
             view = memoryview(data)
             while view:
                 view = view[os.write(descriptor, view) :]
-            os.fsync(descriptor)
+            if durable:
+                os.fsync(descriptor)
         finally:
             os.close(descriptor)
         temporary.replace(path)
@@ -44,24 +48,45 @@ def publish(path: Path, data: bytes) -> None:
         with contextlib.suppress(OSError):
             temporary.unlink()
         raise
-    sync_folder(path.parent)
+    if durable:
+        sync_folder(path.parent)
 
 
 @contextlib.contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
     """Make a folder, hold it alone, and remove temporary files that killed processes left in it. The lock is the
-    system's: it ends with its holder, however that ends. UsageError where another process holds it."""
+    system's: it ends with its holder, however that ends. UsageError names another process that holds it."""
     import fcntl  # POSIX only: who only reads shards never locks, and may do so anywhere
 
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / LOCK_NAME).open("a") as file:
+    with (folder / LOCK_NAME).open("a+") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise UsageError(f"another run is writing to {folder}; wait for it, or choose another folder") from None
+            raise UsageError(
+                f"another run is writing to {folder}: {holder(folder)}; wait for it, or choose another folder"
+            ) from None
+        file.truncate(0)
+        file.write(f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%Y-%m-%d %H:%M:%S')}")
+        file.flush()
         for path in folder.glob(f"{TEMPORARY_PREFIX}*"):
             path.unlink()
         yield
+
+
+def holder(folder: Path) -> str:
+    """Who holds a folder with `lock_folder`: process, machine, since when; empty if nobody does."""
+    import fcntl
+
+    try:
+        with (folder / LOCK_NAME).open() as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return file.read()
+    except FileNotFoundError:
+        pass
+    return ""
 
 
 def sync_folder(folder: Path) -> None:

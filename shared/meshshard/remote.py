@@ -122,8 +122,9 @@ class RemotePath(PosixPath):
         yield from (self / end for end in ends)
 
     def glob(self, pattern: str, **_options: Any) -> Generator["RemotePath", None, None]:
-        """What lies in this folder and has a name like `pattern`."""
-        yield from (path for path in self.iterdir() if fnmatchcase(path.name, pattern))
+        """What lies in this folder and has a name like `pattern`; nothing where there is no such folder."""
+        with contextlib.suppress(FileNotFoundError):
+            yield from (path for path in self.iterdir() if fnmatchcase(path.name, pattern))
 
     def rglob(self, pattern: str, **_options: Any) -> Generator["RemotePath", None, None]:
         """Files below, however deep, that have a name like `pattern`."""

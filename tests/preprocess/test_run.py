@@ -1,6 +1,8 @@
 import os
+import re
 import resource
 import shutil
+import socket
 import subprocess
 import sys
 import time
@@ -10,18 +12,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from faults import Murderous
 from shapes import FAMILY, bumpy, sphere, write_labels, write_obj
 
 from meshshard import open_dataset
 from meshshard.errors import UsageError
-from meshshard.files import lock_folder, publish
+from meshshard.files import holder, lock_folder, publish
 from meshshard.index import INDEX_NAME, read_index
 from meshshard.recipe import RECIPES
 from meshshard.verify import verify
 from meshshard_prep import pack, staging
 from meshshard_prep import run as run_module
 from meshshard_prep.datasets import read_dataset
-from meshshard_prep.plan import read_entry
+from meshshard_prep.engines import on_this_machine
 from meshshard_prep.run import run
 
 PAPER = RECIPES["paper"]
@@ -71,9 +74,8 @@ def test_everything_is_stored(raw, tmp_path):
 def test_second_run_does_nothing(raw, tmp_path, monkeypatch):
     go(raw, tmp_path / "out")
     before = tree(tmp_path / "out")
-    monkeypatch.setattr(run_module, "_compute", lambda *_: pytest.fail("computed again"))
     monkeypatch.setattr(pack, "publish", lambda *_: pytest.fail("written again"))
-    report = go(raw, tmp_path / "out")
+    report = go(raw, tmp_path / "out", engine=lambda *_: pytest.fail("computed again"))
     assert report.computed == 0
     assert tree(tmp_path / "out") == before
 
@@ -87,23 +89,26 @@ def test_same_bytes_for_one_and_two_workers_and_another_place(raw, tmp_path):
     assert tree(tmp_path / "one") == tree(tmp_path / "two")
 
 
-def test_interrupted_and_resumed(raw, tmp_path, monkeypatch):
+def test_same_bytes_in_any_order(raw, tmp_path):
+    go(raw, tmp_path / "whole")
+    for seed in range(3):
+        order = np.random.default_rng(seed).permutation(10)
+        go(raw, tmp_path / f"{seed}", engine=lambda task, jobs, order=order: (task(jobs[i]) for i in order))
+        assert tree(tmp_path / f"{seed}") == tree(tmp_path / "whole")
+
+
+def test_interrupted_and_resumed(raw, tmp_path):
     """Interrupted after each number of meshes, a second run computes the rest and leaves the same bytes."""
     go(raw, tmp_path / "whole")
-    original = staging.put
     for done in range(1, 10):
         out = tmp_path / f"killed{done}"
-        calls = count(1)
 
-        def put(*arguments, calls=calls, done=done):
-            if next(calls) > done:
-                raise KeyboardInterrupt
-            original(*arguments)
+        def interrupted(task, jobs, done=done):
+            yield from map(task, jobs[:done])
+            raise KeyboardInterrupt
 
-        with monkeypatch.context() as patch:
-            patch.setattr(staging, "put", put)
-            with pytest.raises(KeyboardInterrupt):
-                go(raw, out)
+        with pytest.raises(KeyboardInterrupt):
+            go(raw, out, engine=interrupted)
         assert not (out / INDEX_NAME).exists()
         assert go(raw, out).computed == 10 - done
         assert tree(out) == tree(tmp_path / "whole")
@@ -240,54 +245,45 @@ def test_missing_label_file_and_unreadable_mesh(tmp_path):
     assert "label file is b.seg, but there is no such file. Put it at raw/b.seg" in refused["b"].message
 
 
-def explode(*_):
-    raise RuntimeError("boom")
+def test_a_file_that_changes_during_the_run_is_tried_again(raw, tmp_path):
+    def change(task, jobs):
+        write_labels(raw / "train" / "box.seg", [2] * 12)
+        yield from map(task, jobs)
 
-
-def test_an_unexpected_error_costs_one_mesh_and_is_tried_again(raw, tmp_path, monkeypatch):
-    with monkeypatch.context() as patch:
-        original = run_module.compute_sample
-        patch.setattr(
-            run_module,
-            "compute_sample",
-            lambda entry, *rest: explode() if entry.id == "train/box" else original(entry, *rest),
-        )
-        report = go(raw, tmp_path / "out")
-    assert [entry.message for entry in report.index.failed] == ["train/box.obj: RuntimeError: boom"]
+    report = go(raw, tmp_path / "out", engine=change)
+    assert [(entry.code, entry.message) for entry in report.index.failed] == [
+        ("changed", "train/box.obj: the file changed while the run went on; run again [changed]")
+    ]
     assert len(report.index.ids) == 9
     assert go(raw, tmp_path / "out").ok
 
 
-def test_a_file_that_changes_during_the_run_is_tried_again(raw, tmp_path, monkeypatch):
-    def change(entry):
-        if entry.id == "train/box":
-            write_labels(raw / "train" / "box.seg", [2] * 12)
-        return read_entry(entry)
+def test_a_folder_that_workers_do_not_share_is_told(raw, tmp_path):
+    def elsewhere(task, jobs):
+        (tmp_path / "elsewhere" / staging.FOLDER).mkdir(parents=True)
+        yield from map(replace(task, out=tmp_path / "elsewhere"), jobs)
 
-    with monkeypatch.context() as patch:
-        patch.setattr(run_module, "read_entry", change)  # after the plan, which has its own name for it
-        report = go(raw, tmp_path / "out")
-    assert [entry.message for entry in report.index.failed] == [
-        "train/box.obj: the file changed while the run went on; run again"
-    ]
-    assert go(raw, tmp_path / "out").ok
+    with pytest.raises(UsageError, match="--out must be a folder that all workers share"):
+        go(raw, tmp_path / "out", engine=elsewhere)
 
 
-class Bomb(str):
-    """A label domain that kills the worker that unpickles it."""
+def test_a_worker_killed_from_outside_loses_nothing(raw, tmp_path):
+    def engine(task, jobs):
+        return on_this_machine(Murderous(task, "train/box", tmp_path / "killed"), jobs, workers=2)
 
-    def __reduce__(self):
-        return os._exit, (1,)
-
-
-def test_a_dying_worker_loses_no_finished_mesh(raw, tmp_path):
-    dataset = read_dataset(str(raw))
-    bombed = [replace(e, label_domains=(Bomb("face"),)) if e.id == "train/box" else e for e in dataset.entries]
-    report = run(replace(dataset, entries=tuple(bombed)), tmp_path / "out", PAPER, jobs=2)
-    assert "train/box" in {entry.id for entry in report.index.failed}
-    assert len(report.index.ids) + len(report.index.failed) == 10
-    assert go(raw, tmp_path / "out").ok
+    assert go(raw, tmp_path / "out", engine=engine).ok
+    assert (tmp_path / "killed").exists()
     assert verify(tmp_path / "out", full=True) == []
+
+
+def test_a_mesh_that_kills_every_worker_is_found(raw, tmp_path):
+    def engine(task, jobs):
+        return on_this_machine(Murderous(task, "train/box"), jobs, workers=2)
+
+    report = go(raw, tmp_path / "out", engine=engine)
+    assert [(entry.id, entry.code) for entry in report.index.failed] == [("train/box", "lost")]
+    assert len(report.index.ids) == 9
+    assert go(raw, tmp_path / "out").ok
 
 
 def test_nothing_to_store_leaves_the_reasons(tmp_path):
@@ -370,9 +366,14 @@ def test_a_folder_is_not_made_into_another_data_set(raw, tmp_path):
     assert tree(tmp_path / "out") == before
 
 
-def test_one_run_a_folder(raw, tmp_path):
-    with lock_folder(tmp_path / "out"), pytest.raises(UsageError, match="another run is writing"):
-        go(raw, tmp_path / "out")
+def test_one_run_a_folder_and_the_second_is_told_who_holds_it(raw, tmp_path):
+    assert holder(tmp_path / "out") == ""
+    with lock_folder(tmp_path / "out"):
+        who = rf"process {os.getpid()} on {socket.gethostname()} since \d{{4}}-\d\d-\d\d"
+        with pytest.raises(UsageError, match=f"another run is writing to .*: {who}"):
+            go(raw, tmp_path / "out")
+        assert re.match(who, holder(tmp_path / "out"))
+    assert holder(tmp_path / "out") == ""
 
 
 def test_temporary_files_of_a_killed_run_are_removed(raw, tmp_path):

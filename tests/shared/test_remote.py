@@ -47,6 +47,7 @@ def test_a_remote_path_answers_as_a_folder_does(root, twin):
     assert below == sorted(path.relative_to(twin) for path in twin.rglob("*") if path.is_file())
     assert {path.name for path in root.iterdir()} == {path.name for path in twin.iterdir()}
     assert [path.name for path in root.glob("*.obj")] == ["a.obj"]
+    assert list((root / "nothing").glob("*")) == []
 
 
 def test_what_a_url_means():

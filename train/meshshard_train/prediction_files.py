@@ -6,13 +6,12 @@ from pathlib import Path
 import numpy as np
 import torch
 from jaxtyping import Int
-from plyfile import PlyData, PlyElement
 
 from meshshard import Dataset, Sample, UsageError
+from meshshard.export.ply import labelled_faces
 from meshshard.files import publish
 from meshshard.plain import to_json
 from meshshard_train.checkpoint import Checkpoint
-from meshshard_train.palette import colours_of
 from meshshard_train.pictures import Tile, gallery
 from meshshard_train.predict import predictions
 
@@ -40,28 +39,13 @@ def write_predictions(best: Checkpoint, dataset: Dataset, out: Path, device: tor
             publish(Path(name), to_json(table).encode() + b"\n")
             yield f"{sample.source}: {best.classes[labels[0]]} ({100 * probabilities.max():.1f} %) -> {name}"
             continue
-        write_ply(Path(f"{path}.ply"), sample, labels)
+        publish(Path(f"{path}.ply"), labelled_faces(sample, labels))
         write_labels(Path(f"{path}.seg"), sample, labels)
         tile = Tile(title="", vertices=sample.vertices, faces=sample.faces, labels=labels)
         gallery(Path(f"{path}.png"), [tile], best.classes, columns=1, title=sample.id.split("/")[-1], size=6.0)
         counts = np.bincount(labels, minlength=len(best.classes))
         found = ", ".join(f"{name} {count}" for name, count in zip(best.classes, counts, strict=True) if count)
         yield f"{sample.source}: faces of {found} -> {path}.ply, .png, .seg"
-
-
-def write_ply(path: Path, sample: Sample, labels: Int[np.ndarray, " F"]) -> None:
-    """The mesh where its file had it, triangles coloured by class, with the class as the property `label`."""
-    points = np.empty(len(sample.vertices), dtype=[(axis, "<f8") for axis in "xyz"])
-    for column, axis in enumerate("xyz"):
-        points[axis] = sample.original_vertices[:, column]
-    colours = ("red", "green", "blue")
-    corner_list = ("vertex_indices", "<i4", (3,))
-    faces = np.empty(len(sample.faces), dtype=[corner_list, *((name, "u1") for name in colours), ("label", "<i2")])
-    faces["vertex_indices"], faces["label"] = sample.faces, labels
-    for column, name in enumerate(colours):
-        faces[name] = colours_of(labels)[:, column]
-    elements = [PlyElement.describe(points, "vertex"), PlyElement.describe(faces, "face")]
-    PlyData(elements, text=False, byte_order="<").write(str(path))
 
 
 def write_labels(path: Path, sample: Sample, labels: Int[np.ndarray, " F"]) -> None:

@@ -18,16 +18,18 @@ ADAPTERS = {
 """Every data set known by name."""
 
 
-def read_dataset(name: str, raw: Path | None = None, tell: Callable[[str], None] | None = None) -> RawDataset:
+def read_dataset(
+    name: str, raw: Path | None = None, tell: Callable[[str], None] | None = None, *, make: bool = True
+) -> RawDataset:
     """What `meshshard features NAME --raw DIR` means: a known name, a .toml file, a folder, or one mesh file.
 
     Folders and files may lie behind URLs, s3://bucket/folder say. A known data set is looked for in `raw`, by default
-    data/raw/NAME, and made there if it can be generated; `tell` is told so. UsageError says where the files come
-    from and what to type.
+    data/raw/NAME, and made there if it can be generated, unless `make` is false; `tell` is told so. UsageError says
+    where the files come from and what to type.
     """
     if name in ADAPTERS:
         adapter, root = ADAPTERS[name], listed(raw or Path("data/raw") / name)
-        if adapter.generate and not adapter.is_complete(root):
+        if make and adapter.generate and not adapter.is_complete(root):
             if isinstance(root, RemotePath):
                 raise UsageError(f"{name} is made on this machine only, and {root} does not hold it; leave out --raw")
             if tell:

@@ -75,6 +75,14 @@ def _nearest(
     return nearest, gaps
 
 
+def bridged(
+    stiffness: sp.csc_matrix, vertices: Float64[np.ndarray, "V 3"], edges: Edges, piece_of: Int64[np.ndarray, " V"]
+) -> tuple[sp.csc_matrix, int]:
+    """The Laplacian of a mesh in pieces with the links that join them, and how many those are."""
+    pairs, weights = bridges(vertices, edges, piece_of)
+    return add_links(stiffness, pairs, weights), len(pairs)
+
+
 def add_links(
     stiffness: sp.csc_matrix, pairs: Int64[np.ndarray, "B 2"], weights: Float64[np.ndarray, " B"]
 ) -> sp.csc_matrix:

@@ -1,8 +1,12 @@
 """Mesh files in, RawMesh out: OBJ, OFF and PLY, told apart by their content and only then by their name."""
 
 import codecs
+import contextlib
+import hashlib
+import io
 import re
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 
 from meshshard.errors import InvalidMesh
@@ -65,11 +69,24 @@ def read_mesh(path: Path) -> RawMesh:
 
 def read_file(path: Path, place: str) -> bytes:
     """The bytes of a regular file; `place` names it in the refusal where they cannot be had."""
+    with _opened(path, place) as file:
+        return file.read()
+
+
+def sha256_of_input(path: Path, place: str) -> str:
+    """The sha256 of a file's bytes, which are not held all at once; refusals are those of `read_file`."""
+    with _opened(path, place) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@contextlib.contextmanager
+def _opened(path: Path, place: str) -> Iterator[io.BufferedReader]:
     rule, advice = "the file can be read", "Check its name and permissions."
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             raise refusal("unreadable", rule, "it is no regular file", place, advice)
-        return path.read_bytes()
+        with path.open("rb") as file:
+            yield file
     except OSError as error:
         raise refusal("unreadable", rule, f"the system says {error.strerror!r}", place, advice) from error
 

@@ -1,0 +1,40 @@
+"""Where the workers are: processes of this machine (joblib's loky), or of a cluster (dask, ray).
+
+An engine maps a task over jobs and yields the outcomes as they come, in any order. It keeps a bounded number of
+jobs in flight, and ends early, without an error, when workers die so often that it gives up: the caller sees what
+did not come back.
+"""
+
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+
+import joblib
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+from meshshard_prep.isolated import die_with
+from meshshard_prep.jobs import Job
+from meshshard_prep.work import Outcome
+
+Task = Callable[[Job], Outcome]
+Engine = Callable[[Task, Sequence[Job]], Iterator[Outcome]]
+
+
+def on_this_machine(task: Task, jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
+    """joblib's loky. `workers`: its n_jobs, -1 for one a core; with 1, this process is the worker."""
+    parallel = joblib.Parallel(
+        n_jobs=workers,
+        return_as="generator_unordered",
+        batch_size="auto",  # several small meshes at a time, one large one
+        initializer=_start_worker,
+        initargs=(os.getpid(),),
+    )
+    try:
+        yield from parallel(joblib.delayed(task)(job) for job in jobs)
+    except TerminatedWorkerError:
+        return
+
+
+def _start_worker(parent: int) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends its workers
+    die_with(parent)

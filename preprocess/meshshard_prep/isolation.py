@@ -1,0 +1,137 @@
+"""Calls in a process of their own: a crash, a hang or too much memory costs one call, and its cause is known.
+
+One process does one thing at a time, so that there is never a doubt over what killed it. It is kept for the next
+call, because starting it takes longer than computing a mesh.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import weakref
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import IO, Any, TypeVar
+
+Result = TypeVar("Result")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """Of one call: wall-clock seconds, and bytes on top of what the idle process holds; None for no limit."""
+
+    seconds: float | None = 600.0
+    memory: int | None = 8 * 10**9
+
+
+class Lost(Exception):
+    """A call that came to no result. `code` is a key of errors.FAILURES, `cause` says what happened."""
+
+    def __init__(self, code: str, cause: str) -> None:
+        self.code, self.cause = code, cause
+        super().__init__(cause)
+
+
+class Isolated:
+    """One process and the pipe to it; started at the first call, and anew after it was lost. `warm_up`: a function
+    and its arguments, called first in every new process, without limits."""
+
+    def __init__(self) -> None:
+        self.warm_up: tuple[Callable[..., None], tuple[Any, ...]] | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def call(self, function: Callable[..., Result], *arguments: Any, limits: Limits) -> Result:
+        """`function(*arguments)` over there. `function` is a module's own, arguments and result are pickled.
+
+        Errors of meshshard's are raised here too. Lost: the process crashed, took too long, too much memory, or the
+        function raised anything else.
+        """
+        if self._process is None:
+            self._start()
+            if self.warm_up is not None:
+                self.call(self.warm_up[0], *self.warm_up[1], limits=Limits(seconds=None, memory=None))
+        self._stderr.seek(0)  # the position is shared with the idle process: what it writes is about this call
+        self._stderr.truncate()
+        try:
+            self._link.send((function, arguments, limits.memory))
+            if not self._link.poll(limits.seconds):
+                raise Lost("time-limit", f"it was stopped after {limits.seconds:g} s")
+            kind, value = self._link.recv()
+        except (EOFError, OSError):
+            raise self._death() from None
+        except BaseException:
+            self.stop()
+            raise
+        if kind == "result":
+            return value
+        if kind == "refusal":
+            raise value
+        if kind == "memory":
+            self.stop()  # what it still holds is not known
+            raise Lost("memory-limit", f"it needs more memory than allowed; {value or 'an allocation failed'}")
+        raise Lost("error", value)
+
+    def _start(self) -> None:
+        self._link, inner = Pipe()
+        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115  closed by _end
+        environment = os.environ | {
+            "PYTHONPATH": os.pathsep.join(path or str(Path.cwd()) for path in sys.path),
+            # the parallel processes share the cores: one thread for each
+            "OMP_NUM_THREADS": "1",
+            "OPENBLAS_NUM_THREADS": "1",
+            "MKL_NUM_THREADS": "1",
+        }
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "meshshard_prep.isolated", str(inner.fileno()), str(os.getpid())],
+            pass_fds=[inner.fileno()],
+            stdin=subprocess.DEVNULL,
+            stdout=self._stderr,
+            stderr=self._stderr,
+            env=environment,
+            start_new_session=True,  # Ctrl-C is for the parent
+        )
+        inner.close()
+        self._end = weakref.finalize(self, _end, self._process, self._link, self._stderr)
+
+    def _death(self) -> Lost:
+        """Why the process is no more, from its exit status and the last line it wrote."""
+        assert self._process is not None
+        status = self._process.wait()
+        self._stderr.seek(0)
+        lines = self._stderr.read()[-10_000:].decode(errors="replace").split("\n")
+        last = next((line.strip()[:200] for line in reversed(lines) if line.strip()), "")
+        self.stop()
+        how = f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
+        cause = f"its process ended with {how}" + (f", after the words: {last}" if last else "")
+        return Lost("memory-limit" if "bad_alloc" in last or "MemoryError" in last else "crashed", cause)
+
+    def stop(self) -> None:
+        """Kill the process; the next call starts another one."""
+        if self._process is not None:
+            self._end()
+            self._process = None
+
+
+def _end(process: subprocess.Popen[bytes], link: Connection, stderr: IO[bytes]) -> None:
+    process.kill()
+    process.wait()
+    link.close()
+    stderr.close()
+
+
+_of_thread = threading.local()
+
+
+def isolated(warm_up: Callable[..., None], *arguments: Any) -> Isolated:
+    """The process of the calling thread, kept from call to call; it ends with the thread. A process that starts
+    makes the call `warm_up(*arguments)` first, without limits."""
+    if not hasattr(_of_thread, "isolated"):
+        _of_thread.isolated = Isolated()
+    process: Isolated = _of_thread.isolated
+    process.warm_up = warm_up, arguments
+    return process

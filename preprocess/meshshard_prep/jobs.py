@@ -1,0 +1,99 @@
+"""Entries to jobs: what a mesh is made of, by hash. Its key names its sample: same key, same numbers."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from meshshard.errors import InvalidMesh
+from meshshard.files import sha256_of
+from meshshard.index import Rejection
+from meshshard.recipe import Recipe
+from meshshard_prep.datasets.layout import Entry
+from meshshard_prep.formats import read_file, sha256_of_input
+
+ALGORITHM_VERSION = 2
+"""Raised whenever the same mesh and recipe give other numbers; stored samples of an older one are stale."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """One entry with the bytes it is made of, by hash. `key` names its sample: same key, same numbers."""
+
+    entry: Entry
+    source_sha256: str
+    key: str
+
+    def names(self) -> dict[str, Any]:
+        """What its sample is called. Not part of the key: taken from the entry every time a sample is packed."""
+        return {
+            "id": self.entry.id,
+            "source": self.entry.source,
+            "source_sha256": self.source_sha256,
+            "split": self.entry.split,
+            "group": self.entry.group,
+        }
+
+
+def make_job(entry: Entry, recipe: Recipe) -> Job:
+    """Hash an entry's files and name its sample. InvalidMesh where a file cannot be read, or has no proper name."""
+    try:
+        entry.source.encode()
+    except UnicodeEncodeError:
+        raise InvalidMesh(
+            "bad-name",
+            "a file's name is UTF-8",
+            f"this one is {entry.source.encode(errors='surrogateescape')!r}",
+            place=printable(entry.source),
+            advice="rename it",
+        ) from None
+    mesh_sha256 = sha256_of_input(entry.path, entry.source)
+    labels = label_file(entry)
+    labels_sha256 = None if labels is None else sha256_of_input(labels, labels.name)
+    return Job(entry=entry, source_sha256=mesh_sha256, key=key_of(entry, mesh_sha256, labels_sha256, recipe))
+
+
+def key_of(entry: Entry, mesh_sha256: str, labels_sha256: str | None, recipe: Recipe) -> str:
+    """Hash of all that a sample depends on: mesh and label bytes, what labels mean, recipe, ALGORITHM_VERSION.
+
+    Paths, times, job counts and splits are not part of it.
+    """
+    parts = (
+        f"algorithm {ALGORITHM_VERSION}",
+        recipe.to_json(),
+        mesh_sha256,
+        entry.path.suffix.lower(),
+        labels_sha256 or "no labels",
+        repr((sorted(entry.label_classes.items()), entry.label_domains, entry.mesh_label)),
+    )
+    return sha256_of("\n".join(parts).encode())
+
+
+def read_entry(entry: Entry) -> tuple[bytes, bytes | None]:
+    """The bytes of an entry's mesh file and, where it should have one, of its label file."""
+    mesh = read_file(entry.path, entry.source)
+    labels = label_file(entry)
+    return mesh, None if labels is None else read_file(labels, labels.name)
+
+
+def label_file(entry: Entry) -> Path | None:
+    """The label file of an entry, or None where it needs none. InvalidMesh: it should have one and has not."""
+    if entry.labels is not None and not entry.labels.exists():
+        raise InvalidMesh(
+            "no-labels",
+            f"its label file is {entry.labels.name}",
+            "there is no such file",
+            place=entry.source,
+            advice=f"put it at {entry.labels.parent.name}/{entry.labels.name}, or take the mesh away",
+        )
+    return entry.labels
+
+
+def rejection(entry: Entry, code: str, message: str, key: str) -> Rejection:
+    """A mesh that is not stored, with the words for the user. `key`: of its content, where the refusal rests on
+    nothing else and holds until that changes."""
+    return Rejection(id=printable(entry.id), source=printable(entry.source), code=code, message=message, key=key)
+
+
+def printable(name: str) -> str:
+    """A name as valid UTF-8: bytes that are none are written as \\xNN."""
+    return name.encode(errors="surrogateescape").decode(errors="backslashreplace")

@@ -1,0 +1,38 @@
+"""Runs in programs of their own, and the processes they start, for tests that kill."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+PARENT = """
+import sys
+from pathlib import Path
+from faults import compute_or_fault
+from meshshard.recipe import RECIPES
+from meshshard_prep.datasets import read_dataset
+from meshshard_prep.isolation import Limits
+from meshshard_prep.run import run
+limits = Limits(seconds=None)
+run(read_dataset(sys.argv[1]), Path(sys.argv[2]), RECIPES["paper"], jobs=int(sys.argv[3]), limits=limits,
+    compute=compute_or_fault)
+"""
+
+
+def family_of(mark):
+    """Processes that inherited MARK in their environment."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if f"MARK={mark}".encode() in (folder / "environ").read_bytes().split(b"\0"):
+                found.append(int(folder.name))
+        except OSError:
+            continue  # it ended, or is another user's
+    return found
+
+
+def start_run(raw, out, jobs, mark):
+    """A program that computes the features of a folder; it and its processes carry the mark."""
+    words = [sys.executable, "-c", PARENT, str(raw), str(out), str(jobs)]
+    environment = os.environ | {"MARK": mark, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    return subprocess.Popen(words, env=environment, start_new_session=True, stderr=subprocess.PIPE)

@@ -162,8 +162,9 @@ def test_a_dry_run_writes_nothing_and_status_knows_the_raw_files(world, tmp_path
     assert "12 meshes: 12 fresh, 0 to compute" in out
 
 
-def test_limits_on_the_command_line(world, tmp_path):
-    words = ["features", world / "raw", "--out", tmp_path / "out", "--jobs", 1]
+def test_limits_on_the_command_line(tmp_path):
+    write_obj(tmp_path / "raw" / "a.obj", *sphere(1))
+    words = ["features", "raw", "--out", "out", "--jobs", 1]
     status, out, _ = meshshard(*words, "--time-limit", 0.0001, "--json", cwd=tmp_path)
     assert status == 1
     assert {entry["code"] for entry in json.loads(out)["rejected"]} == {"time-limit"}

@@ -60,9 +60,9 @@ def test_reading_block_of_the_format_document(tmp_path, monkeypatch, capsys):
 
 
 def test_refusals_document_is_the_table_of_codes():
-    assert table((DOCS / "refusals.md").read_text()) == {
-        code: [meaning] for code, meaning in (REFUSALS | FAILURES).items()
-    }
+    rows = table((DOCS / "refusals.md").read_text())
+    assert {code: meaning for code, (meaning, _) in rows.items()} == REFUSALS | FAILURES
+    assert [code for code, (_, advice) in rows.items() if not advice.endswith(".")] == []
 
 
 def test_every_refusal_code_is_raised_somewhere():

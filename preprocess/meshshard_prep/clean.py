@@ -7,6 +7,9 @@ from jaxtyping import Float64, Int64
 
 from meshshard.errors import InvalidMesh
 
+_AGAIN = "export the mesh again"
+_FLOAT32_MAX = float(np.finfo(np.float32).max)
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Mesh:
@@ -39,13 +42,14 @@ def clean(
 ) -> Mesh:
     """Validate a mesh and make its working copy. The arrays given are not changed.
 
-    InvalidMesh: no vertices or faces, an index outside, NaN or infinity, no extent, only degenerate faces.
+    InvalidMesh: no vertices or faces, an index outside, NaN or infinity, no extent, only degenerate faces, a vertex
+    without a face that float32 cannot hold in radii.
     """
     _validate(vertices, faces, place)
     referenced = np.zeros(len(vertices), dtype=bool)
     referenced[faces.ravel()] = True
     centre, scale = _frame(vertices[referenced], place)
-    positions = (vertices - centre) / scale
+    positions = _normalised(vertices, centre, scale, place)
 
     merged = _weld(vertices, referenced) if weld else np.arange(len(vertices))
     corners = merged[faces]
@@ -56,6 +60,7 @@ def clean(
             "a mesh has a face with three different corners",
             f"all {len(faces)} are degenerate",
             place=place,
+            advice="look whether corners that should differ lie at one point",
         )
     kept = np.zeros(len(vertices), dtype=bool)
     kept[corners[distinct].ravel()] = True
@@ -75,9 +80,9 @@ def clean(
 
 def _validate(vertices: np.ndarray, faces: np.ndarray, place: str) -> None:
     if len(vertices) == 0:
-        raise InvalidMesh("no-vertices", "a mesh has vertices", "it has none", place=place)
+        raise InvalidMesh("no-vertices", "a mesh has vertices", "it has none", place=place, advice=_AGAIN)
     if len(faces) == 0:
-        raise InvalidMesh("no-faces", "a mesh has faces", "it has none", place=place)
+        raise InvalidMesh("no-faces", "a mesh has faces", "it has none", place=place, advice=_AGAIN)
     low, high = int(faces.min()), int(faces.max())
     if low < 0 or high >= len(vertices):
         raise InvalidMesh(
@@ -85,6 +90,7 @@ def _validate(vertices: np.ndarray, faces: np.ndarray, place: str) -> None:
             f"face indices lie between 0 and {len(vertices) - 1}",
             f"there is {low if low < 0 else high}",
             place=place,
+            advice="count from 0; " + _AGAIN,
         )
     bad = np.flatnonzero(~np.isfinite(vertices).all(axis=1))
     if len(bad):
@@ -93,7 +99,7 @@ def _validate(vertices: np.ndarray, faces: np.ndarray, place: str) -> None:
             "coordinates are finite",
             f"vertex {bad[0]} is {vertices[bad[0]].tolist()} ({len(bad)} such vertices)",
             place=place,
-            advice="export the mesh again",
+            advice=_AGAIN,
         )
 
 
@@ -111,6 +117,22 @@ def _frame(points: np.ndarray, place: str) -> tuple[np.ndarray, float]:
             advice="look at its unit and its outliers",
         )
     return centre, scale
+
+
+def _normalised(vertices: np.ndarray, centre: np.ndarray, scale: float, place: str) -> np.ndarray:
+    """Positions in radii from the centre: 1 at most for those of faces, and for others no more than float32 holds."""
+    with np.errstate(over="ignore"):
+        positions = (vertices - centre) / scale
+    far = np.flatnonzero(~(np.abs(positions) <= _FLOAT32_MAX).all(axis=1))
+    if len(far):
+        raise InvalidMesh(
+            "far-vertex",
+            f"every vertex lies within {_FLOAT32_MAX:.1e} radii of the mesh's centre",
+            f"vertex {far[0]}, which no face uses, is {vertices[far[0]].tolist()} ({len(far)} such vertices)",
+            place=place,
+            advice="remove vertices that no face uses",
+        )
+    return positions
 
 
 def _weld(vertices: np.ndarray, referenced: np.ndarray) -> np.ndarray:

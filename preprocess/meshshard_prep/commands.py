@@ -1,4 +1,4 @@
-"""The verbs of the offline half: datasets, features, status, bench."""
+"""The verbs of the offline half: datasets, features, status, doctor, bench."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from meshshard.commands import FEATURES, AsJson
-from meshshard.plain import to_json
+from meshshard.plain import print_table, to_json
 from meshshard.remote import local_folder, to_path
 
 if TYPE_CHECKING:
@@ -176,6 +176,48 @@ def _tell_plan(dataset: "RawDataset", folder: Path, recipe: "Recipe", jobs: int,
 
     table = tables.planned(dataset, folder, recipe, workers=jobs)
     typer.echo(to_json(table) if as_json else tables.plan_as_text(table))
+
+
+def doctor(
+    meshes: Annotated[list[Path], typer.Argument(help="Mesh files, or folders of them.")],
+    recipe: Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")] = "paper",
+    as_json: AsJson = False,
+) -> None:
+    """Show what a mesh has, what is repaired on its working copy, and whether it is usable or why not.
+
+    Exit status 0 when all are usable, 1 when some are refused, 2 when nothing could be done.
+
+    Examples: meshshard doctor chair.obj
+
+    meshshard doctor my_folder_of_meshes --json
+    """
+    from meshshard.recipe import find_recipe
+    from meshshard_prep.doctor import entries_at, examine
+    from meshshard_prep.doctor_report import oddities, rows, verdict
+    from meshshard_prep.isolation import Limits
+    from meshshard_prep.progress import progress
+
+    settings = find_recipe(recipe)
+    entries = [entry for path in meshes for entry in entries_at(path)]
+    diagnoses, refused = [], 0
+    with progress("doctor") as tell:
+        for done, entry in enumerate(entries, start=1):
+            diagnoses.append(examine(entry, settings, Limits()))
+            refused += diagnoses[-1].refusal is not None
+            tell(done, len(entries), refused)
+    if as_json:
+        usable = len(diagnoses) - refused
+        found = [diagnosis.table() for diagnosis in diagnoses]
+        typer.echo(to_json({"usable": usable, "refused": refused, "meshes": found}))
+    elif len(diagnoses) == 1:
+        print_table([], rows(diagnoses[0]))
+    else:
+        print_table(
+            ["mesh", "verdict", "odd"],
+            [(diagnosis.source, verdict(diagnosis), oddities(diagnosis)) for diagnosis in diagnoses],
+        )
+        typer.echo(f"{len(diagnoses) - refused} usable, {refused} refused")
+    raise typer.Exit(1 if refused else 0)
 
 
 def _with_options(recipe: "Recipe", components: str | None, spectrum: int) -> "Recipe":

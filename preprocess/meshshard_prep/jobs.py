@@ -11,7 +11,7 @@ from meshshard.recipe import Recipe
 from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.formats import read_file, sha256_of_input
 
-ALGORITHM_VERSION = 2
+ALGORITHM_VERSION = 3
 """Raised whenever the same mesh and recipe give other numbers; stored samples of an older one are stale."""
 
 

@@ -14,6 +14,9 @@ from meshshard_prep.features.edges import edges_of
 from meshshard_prep.mesh import RawMesh
 
 UNLABELLED = -1
+MOST_CLASSES = 2**15
+"""Labels are stored in 16 bits."""
+
 PLURAL = {"face": "faces", "edge": "edges", "vertex": "vertices"}
 
 
@@ -36,7 +39,7 @@ def parse_labels(data: bytes, classes: Mapping[int, int], place: str) -> Int64[n
     result = []
     for number, line in enumerate(data.removeprefix(codecs.BOM_UTF8).rstrip().splitlines(), start=1):
         try:
-            result.append(classes[int(line)])
+            result.append(classes[_integer(line)])
         except (ValueError, KeyError):
             raise InvalidMesh(
                 "bad-label",
@@ -46,6 +49,13 @@ def parse_labels(data: bytes, classes: Mapping[int, int], place: str) -> Int64[n
                 advice="correct the line; -1 says unlabelled",
             ) from None
     return np.array(result, dtype=np.int64)
+
+
+def _integer(line: bytes) -> int:
+    """A decimal integer; ValueError for what is none, also for 1_0, which Python would take."""
+    if b"_" in line:
+        raise ValueError(line)
+    return int(line)
 
 
 def labels_of(mesh: RawMesh, lines: Int64[np.ndarray, " L"], domains: tuple[str, ...], place: str) -> Labels:
@@ -97,8 +107,13 @@ def class_table(paths: list[Path], names: tuple[str, ...], place: Path) -> tuple
     for path in paths:
         for line in set(path.read_bytes().removeprefix(codecs.BOM_UTF8).split()):
             with contextlib.suppress(ValueError):
-                values.add(int(line))
+                values.add(_integer(line))
     values.discard(UNLABELLED)
+    if len(values) > MOST_CLASSES:
+        raise UsageError(
+            f"{place}: the label files hold {len(values)} distinct integers, and a data set has {MOST_CLASSES} "
+            "classes at most; move files away that are no labels"
+        )
     table = {value: number for number, value in enumerate(sorted(values))}
     if names and len(names) != len(table):
         raise UsageError(f"{place}: {len(names)} class names, but the label files hold the integers {sorted(values)}")

@@ -29,6 +29,9 @@ from meshshard_prep.formats import parse_mesh
 from meshshard_prep.labels import Labels, labels_of, parse_labels
 from meshshard_prep.mesh import RawMesh
 
+MOST_FACES_AT_EDGE = 1000
+"""More than any surface has; then the Laplacian of a face takes 30 microseconds at most."""
+
 
 def compute_features(vertices: ArrayLike, faces: ArrayLike, recipe: str | Recipe = "paper") -> Sample:
     """All features of a triangle mesh: vertices (V,3), faces (F,3) with 0-based indices.
@@ -64,8 +67,9 @@ def features_of(
     """Clean a mesh, compute the features of its working copy, and bring them back to every vertex of the file."""
     mesh = clean(raw.vertices, raw.faces, weld=recipe.weld, place=place)
     edges = edges_of(mesh.faces)
+    _check_crowding(edges, place)
     components, component_of = components_of(edges, len(mesh.vertices))
-    counts = {"components": components, "bridges": 0, "raised_areas": 0, "cut_clusters": 0}
+    counts = counts_of(mesh, edges) | {"components": components, "bridges": 0, "unlabelled": _unlabelled(labels)}
     try:
         # One thread: the last bits of BLAS's results depend on how many there are, and workers share the cores.
         with _loaded_libraries().limit(limits=1):
@@ -79,6 +83,7 @@ def features_of(
         raise InvalidMesh(error.code, error.rule, error.found, place=place, advice=error.advice) from error
     adjacency = face_adjacency(edges)
     vertex_normal = mesh.to_vertices(vertex_normals(mesh.vertices, mesh.faces))
+    counts["undefined_normals"] = int((~vertex_normal.any(axis=1)).sum())
     counts["cut_clusters"] = int(spectrum is not None and spectrum.cut)
     return Sample(
         vertices=mesh.positions.astype(np.float32),
@@ -99,8 +104,21 @@ def features_of(
         scale=mesh.scale,
         hks_poles=hks.poles,
         hks_error_bound=hks.error_bound,
-        diagnostics=_diagnostics(mesh, edges, vertex_normal, labels) | counts,
+        diagnostics=counts,
     )
+
+
+def _check_crowding(edges: Edges, place: str) -> None:
+    """The robust Laplacian takes time as the square of the faces at an edge: no mesh may hold up a run with that."""
+    most = int(edges.count.max())
+    if most > MOST_FACES_AT_EDGE:
+        raise InvalidMesh(
+            "crowded-edge",
+            f"an edge has at most {MOST_FACES_AT_EDGE} faces",
+            f"one has {most}",
+            place=place,
+            advice="remove faces that are there many times, or vertices that were merged and should not have been",
+        )
 
 
 @lru_cache
@@ -135,8 +153,8 @@ def _adjacency_of_file(mesh: Mesh, adjacency: np.ndarray) -> np.ndarray:
     return result
 
 
-def _diagnostics(mesh: Mesh, edges: Edges, normals: np.ndarray, labels: Labels | None) -> dict[str, int]:
-    found = None if labels is None else labels.faces if labels.faces is not None else labels.vertices
+def counts_of(mesh: Mesh, edges: Edges) -> dict[str, int]:
+    """What was repaired on the working copy, and what is odd about it and stays, under the names of `DIAGNOSTICS`."""
     return {
         "unreferenced_vertices": int((mesh.vertex_map < 0).sum()),
         "welded_vertices": mesh.welded_vertices,
@@ -144,6 +162,9 @@ def _diagnostics(mesh: Mesh, edges: Edges, normals: np.ndarray, labels: Labels |
         "zero_area_faces": int((face_areas(mesh.vertices, mesh.faces) == 0).sum()),
         "boundary_edges": int((edges.count == 1).sum()),
         "nonmanifold_edges": int((edges.count > 2).sum()),
-        "undefined_normals": int((~normals.any(axis=1)).sum()),
-        "unlabelled": 0 if found is None else int((found < 0).sum()),
     }
+
+
+def _unlabelled(labels: Labels | None) -> int:
+    found = None if labels is None else labels.faces if labels.faces is not None else labels.vertices
+    return 0 if found is None else int((found < 0).sum())

@@ -10,7 +10,19 @@ from typer.core import TyperGroup
 
 from meshshard.errors import MeshshardError
 
-VERBS = ("datasets", "features", "info", "status", "verify", "train", "evaluate", "predict", "export", "bench")
+VERBS = (
+    "datasets",
+    "features",
+    "doctor",
+    "info",
+    "status",
+    "verify",
+    "train",
+    "evaluate",
+    "predict",
+    "export",
+    "bench",
+)
 """Order in `--help`; verbs that others add follow."""
 
 EXTRAS = {

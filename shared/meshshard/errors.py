@@ -19,6 +19,8 @@ REFUSALS = {
     "no-faces": "The mesh has no faces, or none with three different corners.",
     "not-finite": "A coordinate is NaN or infinite.",
     "no-extent": "All vertices that faces use lie in one point, or so far apart that squares overflow.",
+    "far-vertex": "A vertex that no face uses lies so far away that its position overflows float32.",
+    "crowded-edge": "More than 1000 faces share an edge (after welding).",
     "laplacian-not-finite": "The Laplacian of the recipe has NaN or infinite entries on this mesh.",
     "inexact-hks": "The error bound of the heat kernel signature exceeds the recipe's tolerance.",
     "bad-spectrum": "The eigenpairs asked for could not be computed to their tolerance, or not all were found.",

@@ -19,7 +19,7 @@ def test_lines_become_class_indices():
     assert parse_labels(b"\xef\xbb\xbf3\n1\r\n 2 \n\n", {1: 0, 2: 1, 3: 2}, "x.seg").tolist() == [2, 0, 1]
 
 
-@pytest.mark.parametrize("content", [b"1\nhead\n", b"1\n9\n", b"1\n1.5\n", b"1\n\n1\n", b"1\n\xff\n"])
+@pytest.mark.parametrize("content", [b"1\nhead\n", b"1\n9\n", b"1\n1.5\n", b"1\n\n1\n", b"1\n\xff\n", b"1\n0_2\n"])
 def test_a_line_that_is_no_class_is_refused_with_its_number(content):
     with pytest.raises(InvalidMesh, match=r"x.seg:2: each line is one of the integers -1, 1, 2, but .*\[bad-label\]"):
         parse_labels(content, {1: 0, 2: 1}, "x.seg")
@@ -74,3 +74,11 @@ def test_class_table_from_files(tmp_path):
     assert class_table([tmp_path / "a", tmp_path / "b"], (), tmp_path) == (("1", "3", "7"), {1: 0, 3: 1, 7: 2})
     with pytest.raises(UsageError, match=r"2 class names, but the label files hold the integers \[1, 3, 7\]"):
         class_table([tmp_path / "a", tmp_path / "b"], ("x", "y"), tmp_path)
+
+
+def test_more_classes_than_a_label_can_count(tmp_path):
+    (tmp_path / "a").write_text("\n".join(map(str, range(2**15 - 1))))
+    assert max(class_table([tmp_path / "a"], (), tmp_path)[1].values()) == np.iinfo(np.int16).max - 1
+    (tmp_path / "b").write_text("40000\n40001\n")
+    with pytest.raises(UsageError, match=r"32769 distinct integers, and a data set has 32768 classes at most"):
+        class_table([tmp_path / "a", tmp_path / "b"], (), tmp_path)

@@ -153,3 +153,15 @@ def test_own_recipe():
     sample = compute_features(*sphere(1), Recipe(name="mine", times=(0.5, 2.0)))
     assert sample.hks.shape == (18, 2)
     assert RECIPES["paper"].times[0] == 0.01
+
+
+@pytest.mark.parametrize("recipe", ["paper", "official"])
+def test_an_edge_with_very_many_faces_is_refused(recipe):
+    # the robust Laplacian would take a second for 10,000 of them, 100 seconds for 100,000
+    tips = np.random.default_rng(0).standard_normal((100_000, 3))
+    vertices = np.vstack([[[0, 0, 0], [1, 0, 0]], tips])
+    faces = np.array([[0, 1, 2 + tip] for tip in range(len(tips))])
+    with pytest.raises(InvalidMesh, match=r"an edge has at most 1000 faces, but one has 100000.*\[crowded-edge\]"):
+        compute_features(vertices, faces, recipe)
+    with pytest.raises(InvalidMesh, match=r"one has 1001.*\[crowded-edge\]"):
+        compute_features(vertices[:1003], faces[:1001], recipe)

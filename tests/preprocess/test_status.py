@@ -121,7 +121,9 @@ def test_an_estimate_survives_bad_meshes(tmp_path):
     assert 1 <= estimate(list(plan.jobs.values()), PAPER).trials < 5
 
 
-def test_limits_are_those_of_the_call(raw, tmp_path):
+def test_limits_are_those_of_the_call(tmp_path):
+    raw = tmp_path / "raw"
+    write_obj(raw / "a.obj", *bumpy(0, 0))
     report = go(raw, tmp_path / "out", limits=Limits(seconds=1e-6))
     assert {entry.code for entry in report.index.failed} == {"time-limit"}
     assert go(raw, tmp_path / "out").ok

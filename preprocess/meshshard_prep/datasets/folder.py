@@ -1,5 +1,7 @@
 """Any folder of meshes. A label file may lie beside each mesh; train/, val/ and test/ on top are splits."""
 
+import os
+from collections.abc import Iterator
 from pathlib import Path
 
 from meshshard.errors import UsageError
@@ -15,15 +17,16 @@ def read_folder(
 ) -> RawDataset:
     """Every mesh file below `root`. As soon as one mesh has a label file of its name beside it, all need one.
 
+    Files and folders whose name begins with a dot are passed over; links to files are followed, links to folders not.
     Classes are the distinct integers of the label files, rising; `classes` names them. A single mesh file instead
     of a folder is a data set of one.
     """
     single = root.is_file()
-    paths = [root] if single else sorted(p for p in root.rglob("*") if p.suffix.lower() in MESH_SUFFIXES)
+    paths = [root] if single else sorted(_mesh_files(root))
     base = root.parent if single else root
     if not paths:
         raise UsageError(f"{root} holds no mesh: no file ends in {', '.join(MESH_SUFFIXES)}")
-    beside = {} if single else {path: found for path in paths if (found := _labels_beside(path))}
+    beside = {} if single else {path: found for path in paths if (found := labels_beside(path))}
     names, table = class_table(list(beside.values()), classes, root)
     stems = [path.relative_to(base).with_suffix("").as_posix() for path in paths]
     entries = []
@@ -49,7 +52,21 @@ def read_folder(
     )
 
 
-def _labels_beside(path: Path) -> Path | None:
+def _mesh_files(root: Path) -> Iterator[Path]:
+    """What is no folder and ends like a mesh. A folder that cannot be listed is an OSError: it may hold meshes."""
+
+    def stop(error: OSError) -> None:
+        raise error
+
+    for folder, below, names in os.walk(root, onerror=stop):
+        below[:] = [name for name in below if not name.startswith(".")]
+        for path in (Path(folder, name) for name in names if not name.startswith(".")):
+            if path.suffix.lower() in MESH_SUFFIXES:
+                yield path
+
+
+def labels_beside(path: Path) -> Path | None:
+    """The label file of a mesh's name in its folder, or None; UsageError where there are two."""
     found = [path.with_suffix(suffix) for suffix in LABEL_SUFFIXES if path.with_suffix(suffix).is_file()]
     if len(found) > 1:
         raise UsageError(f"{path} has two label files: {found[0].name} and {found[1].name}; keep one")

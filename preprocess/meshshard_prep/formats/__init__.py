@@ -59,6 +59,8 @@ _OTHER_FORMATS = {
 }
 """First bytes of mesh formats that are not read -> their name."""
 
+_PARSERS = {"OBJ": parse_obj, "OFF": parse_off, "PLY": parse_ply}
+
 _FIRST_WORD = re.compile(rb"(?:\s|#[^\r\n]*+)*+(\S{0,100})")
 
 
@@ -93,22 +95,27 @@ def _opened(path: Path, place: str) -> Iterator[io.BufferedReader]:
 
 def parse_mesh(data: bytes, place: str, suffix: str = "") -> RawMesh:
     """Read the bytes of a mesh file; `place` names it in refusals, `suffix` only helps to word one."""
+    return _PARSERS[format_of(data, place, suffix)](data.removeprefix(codecs.BOM_UTF8), place)
+
+
+def format_of(data: bytes, place: str, suffix: str = "") -> str:
+    """ "OBJ", "OFF" or "PLY", by what the bytes are; InvalidMesh where they are something else."""
     data = data.removeprefix(codecs.BOM_UTF8)
     if not data.strip():
         found = f"it has {len(data)} bytes, all white space" if data else "it has no bytes"
         raise refusal("empty-file", "a mesh file has content", found, place)
     _refuse_other_content(data, place)
     if is_ply(data):
-        return parse_ply(data, place)
+        return "PLY"
     if is_off(data):
-        return parse_off(data, place)
+        return "OFF"
     _refuse_other_encoding(data, place)
     keyword = {".off": "OFF", ".ply": "ply"}.get(suffix.lower())
     first = _first_word(data)
     if keyword and first not in STATEMENTS:
         rule, found = f"a file named {suffix} starts with the word {keyword}", f"this one starts with {shown(first)}"
         raise refusal("bad-line", rule, found, place)
-    return parse_obj(data, place)
+    return "OBJ"
 
 
 def _first_word(data: bytes) -> str:

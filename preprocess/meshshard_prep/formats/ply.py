@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Int64
 from plyfile import PlyData, PlyElementParseError, PlyParseError
 
 from meshshard.errors import InvalidMesh
@@ -30,6 +31,7 @@ from meshshard_prep.mesh import RawMesh
 _INTEGERS = {"char": 1, "uchar": 1, "short": 2, "ushort": 2, "int": 4, "uint": 4} | {
     f"{sign}int{bits}": bits // 8 for sign in ("", "u") for bits in (8, 16, 32)
 }
+_UNSIGNED = {1: "uchar", 2: "ushort", 4: "uint"}
 _BYTES = _INTEGERS | {"float": 4, "double": 8, "float32": 4, "float64": 8}
 
 _MAGIC = re.compile(rb"ply[ \t]*(\r\n|\n|\r|\Z)")
@@ -86,7 +88,8 @@ class _Header:
         for element_name, element in self.elements.items():
             lines.append(f"element {element_name} {element.rows}")
             for number, column in enumerate(element.properties):
-                length = f"list {column.length_type} " if column.length_type else ""
+                # no length is negative: of a list of length -1 plyfile would read the rest of the file
+                length = f"list {_UNSIGNED[_BYTES[column.length_type]]} " if column.length_type else ""
                 name = column.name if column.name in _READ else f"{column.name}~{number}"
                 lines.append(f"property {length}{column.type} {name}")
         return "\n".join([*lines, "end_header", ""]).encode("latin-1")
@@ -106,7 +109,7 @@ def parse_ply(data: bytes, place: str) -> RawMesh:
     check_not_empty(header.rows("vertex"), header.rows("face"), place)
     vertex, face = header.elements["vertex"].properties, header.elements["face"].properties
     scalars = {column.name for column in vertex if not column.length_type}
-    lists = {column.name for column in face if column.length_type and column.type in _INTEGERS}
+    lists = {column.name: column.length_type for column in face if column.length_type and column.type in _INTEGERS}
     corner_names = [name for name in _CORNERS if name in lists]
     if not corner_names or not scalars >= set("xyz"):
         rule = "a PLY mesh has x, y and z of vertices and an integer list vertex_indices of faces"
@@ -120,11 +123,16 @@ def parse_ply(data: bytes, place: str) -> RawMesh:
         vertices = np.stack([content["vertex"][axis] for axis in "xyz"], axis=1).astype(np.float64)
     check_finite(vertices, where("vertex"))
     polygons = content["face"][corner_names[0]]
-    sizes = np.fromiter(map(len, polygons), np.int64, len(polygons))
+    sizes = _signed(np.fromiter(map(len, polygons), np.int64, len(polygons)), lists[corner_names[0]])
     check_sizes(sizes, where("face"))
     corners = np.concatenate(polygons).astype(np.int64)
     check_indices(corners, sizes, len(vertices), where("face"))
     return fan_mesh(vertices, corners, sizes)
+
+
+def _signed(lengths: Int64[np.ndarray, " P"], length_type: str) -> Int64[np.ndarray, " P"]:
+    """What lengths that were read without a sign are in their own type."""
+    return lengths if length_type.startswith("u") else lengths.astype(f"i{_BYTES[length_type]}").astype(np.int64)
 
 
 def _read_header(data: bytes, place: str) -> _Header:

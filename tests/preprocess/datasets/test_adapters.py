@@ -1,12 +1,16 @@
 """Each layout is built to the letter here; what is at hand is read whole in test_real_data.py."""
 
+import os
+
 import pytest
 from shapes import box, sphere, write_labels, write_obj
 
 from meshshard.errors import UsageError
+from meshshard.recipe import RECIPES
 from meshshard_prep.datasets import ADAPTERS, read_dataset
 from meshshard_prep.datasets.coseg import PARTS
 from meshshard_prep.datasets.human_seg import group_of
+from meshshard_prep.run import run
 
 
 def segmentation_folder(root, meshes, labels):
@@ -174,3 +178,50 @@ def test_what_is_not_there_says_what_to_do(tmp_path, monkeypatch):
     for name in ("human_seg", "shrec_16"):
         with pytest.raises(UsageError, match="layout"):
             read_dataset(name, tmp_path / "empty")
+
+
+def test_what_a_folder_passes_over_and_what_it_does_not(tmp_path):
+    write_obj(tmp_path / "raw" / "a.OBJ", *box())
+    write_obj(tmp_path / "raw" / "folder.obj" / "inside.Ply", *box())
+    write_obj(tmp_path / "raw" / "._a.obj", *box())
+    write_obj(tmp_path / "raw" / ".git" / "b.obj", *box())
+    write_obj(tmp_path / "elsewhere" / "c.obj", *box())
+    (tmp_path / "raw" / "linked").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "raw" / "linked.obj").symlink_to(tmp_path / "elsewhere" / "c.obj")
+    (tmp_path / "raw" / "gone.obj").symlink_to(tmp_path / "nowhere.obj")
+    (tmp_path / "raw" / "loop.obj").symlink_to(tmp_path / "raw" / "loop.obj")
+    (tmp_path / "raw" / "up").symlink_to(tmp_path / "raw")
+    dataset = read_dataset(str(tmp_path / "raw"))
+    assert [e.source for e in dataset.entries] == [
+        "a.OBJ",
+        "folder.obj/inside.Ply",
+        "gone.obj",
+        "linked.obj",
+        "loop.obj",
+    ]
+    report = run(dataset, tmp_path / "out", RECIPES["paper"], jobs=1)
+    assert report.index.ids == ("a", "folder.obj/inside", "linked")
+    assert [(entry.source, entry.code) for entry in report.index.refused] == [
+        ("gone.obj", "unreadable"),
+        ("loop.obj", "unreadable"),
+    ]
+
+
+def test_a_folder_that_cannot_be_listed_is_an_error(tmp_path, monkeypatch):
+    write_obj(tmp_path / "a.obj", *box())
+    (tmp_path / "closed").mkdir()
+    scandir = os.scandir
+
+    def refuse(path):
+        if str(path).endswith("closed"):
+            raise PermissionError(13, "Permission denied", str(path))
+        return scandir(path)
+
+    monkeypatch.setattr(os, "scandir", refuse)
+    with pytest.raises(PermissionError, match="closed"):
+        read_dataset(str(tmp_path))
+
+
+def test_a_hidden_folder_that_is_named_is_read(tmp_path):
+    write_obj(tmp_path / ".cache" / "a.obj", *box())
+    assert [e.source for e in read_dataset(str(tmp_path / ".cache")).entries] == ["a.obj"]

@@ -235,3 +235,24 @@ def test_list_that_promises_too_much_takes_no_memory():
         "<2I", 2**32 - 1, 2**32 - 1
     )
     assert refused(header.format(format="binary_little_endian").encode() + body).code == "truncated"
+
+
+@pytest.mark.parametrize("order", "<>")
+@pytest.mark.parametrize("length_type", ["char", "short", "int", "int8", "int16", "int32"])
+def test_a_list_of_negative_length_is_refused(order, length_type):
+    # plyfile would take the rest of the file for a list of length -1, and all of it would be one face
+    header = HEADER.replace("list uchar", f"list {length_type}").replace("face 2", "face 1")
+    format_name = {"<": "binary_little_endian", ">": "binary_big_endian"}[order]
+    points = b"".join(struct.pack(f"{order}3f", *point) for point in POINTS)
+    size = {"char": 1, "int8": 1, "short": 2, "int16": 2, "int": 4, "int32": 4}[length_type]
+    unsigned = 256**size - 1
+    for corners in (3, 255, 70_000):
+        body = (
+            points
+            + b"\xff" * size
+            + struct.pack(f"{order}{corners}i", *[0, 1, 2, 3] * (corners // 4), *range(corners % 4))
+        )
+        error = refused(header.format(format=format_name).encode() + body)
+        assert error.code == (
+            "bad-face" if corners == unsigned else "truncated" if corners < unsigned else "extra-data"
+        )

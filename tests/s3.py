@@ -77,13 +77,13 @@ def cut_after(address, size):
 
 
 @contextmanager
-def moto_server():
-    """A server on a free port of this machine: its address, and the list of requests that grows."""
+def moto_server(port=0):
+    """A server on a port of this machine, 0 for any: its address, and the list of requests that grows."""
     requests = []
     log = logging.Handler()
     log.emit = lambda record: requests.append(str(record.args[0]))
     logging.getLogger("werkzeug").addHandler(log)
-    server = ThreadedMotoServer("127.0.0.1", 0, verbose=False)
+    server = ThreadedMotoServer("127.0.0.1", port, verbose=False)
     server.start()
     yield server.get_host_and_port(), requests
     server.stop()

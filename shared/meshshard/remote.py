@@ -114,23 +114,22 @@ class RemotePath(PosixPath):
         """Whether something lies below. OSError where that cannot be known."""
         return self._kind() == stat.S_IFDIR
 
+    def is_symlink(self) -> bool:
+        """No: there are none."""
+        return False
+
     def iterdir(self) -> Generator["RemotePath", None, None]:
         """Files and folders in this one."""
         with self._there() as (system, path):
             names = system.ls(path, detail=False)
-        ends = [name.rstrip("/").rsplit("/", 1)[-1] for name in names if name.rstrip("/") != path]
+        # a folder lists its own placeholder; and s3fs, after it listed all below, some folders twice
+        ends = {name.rstrip("/").rsplit("/", 1)[-1]: None for name in names if name.rstrip("/") != path}
         yield from (self / end for end in ends)
 
     def glob(self, pattern: str, **_options: Any) -> Generator["RemotePath", None, None]:
         """What lies in this folder and has a name like `pattern`; nothing where there is no such folder."""
         with contextlib.suppress(FileNotFoundError):
             yield from (path for path in self.iterdir() if fnmatchcase(path.name, pattern))
-
-    def rglob(self, pattern: str, **_options: Any) -> Generator["RemotePath", None, None]:
-        """Files below, however deep, that have a name like `pattern`."""
-        with self._there() as (system, path):
-            names = [name[len(path) :].lstrip("/") for name in system.find(path)]
-        yield from (self / name for name in names if fnmatchcase(name.rsplit("/", 1)[-1], pattern))
 
     def open(self, mode: str = "r", buffering: int = -1, **text: Any) -> Any:  # type: ignore[override]  # noqa: ARG002
         """A file to read, "r" or "rb", of content that was read whole."""

@@ -163,9 +163,9 @@ def test_a_dry_run_writes_nothing_and_status_knows_the_raw_files(world, tmp_path
 
 
 def test_limits_on_the_command_line(tmp_path):
-    write_obj(tmp_path / "raw" / "a.obj", *sphere(1))
+    write_obj(tmp_path / "raw" / "a.obj", *sphere(5))
     words = ["features", "raw", "--out", "out", "--jobs", 1]
-    status, out, _ = meshshard(*words, "--time-limit", 0.0001, "--json", cwd=tmp_path)
+    status, out, _ = meshshard(*words, "--time-limit", 0.001, "--json", cwd=tmp_path)
     assert status == 1
     assert {entry["code"] for entry in json.loads(out)["rejected"]} == {"time-limit"}
     assert meshshard(*words, "--time-limit", 0, "--memory-limit", 0, cwd=tmp_path)[0] == 0

@@ -7,6 +7,7 @@ import typer
 
 from meshshard.commands import FEATURES, AsJson
 from meshshard.plain import print_table, to_json
+from meshshard.remote import local_folder, to_path
 
 if TYPE_CHECKING:
     from meshshard.recipe import Recipe
@@ -33,8 +34,16 @@ def datasets(as_json: AsJson = False) -> None:
         typer.echo(f"{'':13} licence: {adapter.licence}\n{'':13} cite: {adapter.citation}\n")
 
 
-Raw = Annotated[Path | None, typer.Option(help="Folder of the raw files [default: data/raw/NAME].")]
-Out = Annotated[Path | None, typer.Option(help="Folder of the shards [default: data/features/NAME/RECIPE].")]
+Raw = Annotated[
+    Path | None,
+    typer.Option(help="Folder or URL of the raw files [default: data/raw/NAME].", parser=to_path, metavar="DIR"),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder of the shards [default: data/features/NAME/RECIPE].", parser=local_folder, metavar="DIR"
+    ),
+]
 RecipeName = Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")]
 Components = Annotated[str | None, typer.Option(help="Pieces of a mesh: separate, or bridged by weak links.")]
 SpectrumSize = Annotated[int, typer.Option(help="Store that many of the lowest eigenpairs too.", min=0)]
@@ -43,7 +52,7 @@ NoLabels = Annotated[bool, typer.Option("--no-labels", help="Ignore labels, spli
 
 def features(
     dataset: Annotated[
-        str, typer.Argument(help="Name of a data set, a folder of meshes, a .toml file, or one mesh file.")
+        str, typer.Argument(help="Name of a data set, folder or URL of meshes, .toml file, or one mesh file.")
     ],
     raw: Raw = None,
     out: Out = None,
@@ -77,6 +86,8 @@ def features(
     meshshard features human_seg --raw ~/meshes/human_seg --jobs 8
 
     meshshard features my_folder_of_meshes --out shards --dry-run
+
+    meshshard features s3://bucket/meshes
     """
     from meshshard.errors import UsageError
     from meshshard.recipe import find_recipe
@@ -138,7 +149,7 @@ def status(
     from meshshard_prep import status as tables
     from meshshard_prep.datasets import ADAPTERS
 
-    folder, missing = Path(dataset), ""
+    folder, missing = to_path(dataset), ""
     raw_dataset: RawDataset | None = None
     if (folder / INDEX_NAME).is_file():
         index = read_index(folder)

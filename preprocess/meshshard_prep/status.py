@@ -9,6 +9,7 @@ import joblib
 from meshshard.files import holder
 from meshshard.index import INDEX_NAME, read_index
 from meshshard.recipe import Recipe
+from meshshard.remote import RemotePath
 from meshshard_prep import staging
 from meshshard_prep.datasets.layout import RawDataset
 from meshshard_prep.estimate import estimate
@@ -33,7 +34,8 @@ def stored(folder: Path) -> dict[str, Any]:
                 for entry in (*index.refused, *index.failed)
             ],
         }
-    return table | {"waiting": len(staging.staged(folder)), "held_by": holder(folder)}
+    held_by = "" if isinstance(folder, RemotePath) else holder(folder)  # a lock that was copied is none
+    return table | {"waiting": len(staging.staged(folder)), "held_by": held_by}
 
 
 def planned(dataset: RawDataset, folder: Path, recipe: Recipe, *, workers: int | None = None) -> dict[str, Any]:

@@ -75,7 +75,8 @@ def compute(job: Job, out: Path, recipe: Recipe) -> Outcome:
             sample = compute_sample(job.entry, mesh, labels, recipe)
             staged = staging.put(out, replace(sample, key=job.key, **job.names()))
     except InvalidMesh as error:
-        refusal = rejection(job.entry, error.code, str(error), job.key)
+        key = "" if error.code == "unreadable" else job.key  # a network comes back: the next run tries again
+        refusal = rejection(job.entry, error.code, str(error), key)
     return Outcome(id=job.entry.id, seconds=time.perf_counter() - start, staged=staged, rejection=refusal)
 
 

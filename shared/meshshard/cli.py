@@ -40,6 +40,7 @@ EXTRAS = {
     ),
     "bench": ("potpourri3d",),
     "distributed": ("dask", "distributed", "ray"),
+    "remote": ("fsspec", "s3fs"),
     "train": ("torch", "safetensors", "matplotlib"),
     "pyg": ("torch_geometric",),
 }

@@ -10,15 +10,18 @@ from rich.table import Table
 from meshshard.errors import UsageError
 from meshshard.index import INDEX_NAME
 from meshshard.plain import to_json
+from meshshard.remote import is_url, to_path
 
 FEATURES = Path("data/features")
 
-Data = Annotated[str, typer.Argument(help="Folder with index.json, or the name of a data set in data/features.")]
+Data = Annotated[str, typer.Argument(help="Folder or URL with index.json, or a name in data/features.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 
 
 def locate(name: str) -> Path:
     """The folder of shards that a command's argument means: itself, or data/features/NAME/paper."""
+    if is_url(name):
+        return to_path(name)
     for folder in (Path(name), FEATURES / name, FEATURES / name / "paper"):
         if (folder / INDEX_NAME).is_file():
             return folder

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from meshshard.cache import open_shard
 from meshshard.errors import InvalidShard
 from meshshard.index import Index, read_index
 from meshshard.reader import Shard
 from meshshard.recipe import Recipe
+from meshshard.remote import to_path
 from meshshard.sample import Sample
 
 
@@ -47,7 +49,7 @@ class Dataset:
 
     def _first_touch(self, place: int) -> Shard:
         entry, start = self.index.shards[place], self._starts[place]
-        shard = Shard(self.folder / entry.file, entry.sha256)
+        shard = open_shard(self.folder / entry.file, entry.sha256)
         columns = shard.columns
         pairs = {
             "ids": (tuple(columns["id"].tolist()), self.index.ids[start : start + entry.meshes]),
@@ -104,8 +106,10 @@ class Dataset:
 
 
 def open_dataset(folder: str | Path) -> Dataset:
-    """The samples of a folder that `meshshard features` wrote (the one that holds index.json).
+    """The samples of a folder that `meshshard features` wrote (the one that holds index.json), or of a copy of it
+    behind a URL, as s3://bucket/folder: its shards are copied to this machine as they are needed.
 
     UsageError: there is no index. InvalidShard: the index, or later a shard, is damaged.
     """
-    return Dataset(Path(folder), read_index(Path(folder)))
+    path = to_path(folder)
+    return Dataset(path, read_index(path))

@@ -8,7 +8,7 @@ import secrets
 import socket
 import time
 from collections.abc import Iterator
-from io import FileIO
+from io import BytesIO, FileIO
 from pathlib import Path
 
 from meshshard.errors import UsageError
@@ -28,8 +28,9 @@ def sha256_of_file(path: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def open_regular(path: Path) -> FileIO:
-    """A file to read, unbuffered. OSError for anything but a regular file: a pipe waits for its writer for ever."""
+def open_regular(path: Path) -> FileIO | BytesIO:
+    """A file to read, unbuffered; one behind a URL as its content. OSError for anything but a regular file: a pipe
+    waits for its writer for ever."""
     if path.exists() and not path.is_file():
         raise OSError(errno.EINVAL, "it is no regular file", str(path))
     return path.open("rb", buffering=0)

@@ -2,7 +2,7 @@
 
 import math
 import mmap
-from io import FileIO
+from io import BytesIO, FileIO
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from meshshard.hdf5 import Root, read_dataset, read_root
 from meshshard.schema import ATTRIBUTES, FIELDS, Field
 
 
-def stored(stream: FileIO) -> tuple[dict[str, str | int], dict[str, np.ndarray]]:
+def stored(stream: FileIO | BytesIO) -> tuple[dict[str, str | int], dict[str, np.ndarray]]:
     """Root attributes and fields of an open shard file, by name. Fields are read-only views of the mapped file,
     strings still padded bytes. InvalidShard for anything format 1 has no use for."""
     size = stream.seek(0, 2)

@@ -189,9 +189,9 @@ def test_two_label_files_cannot_both_be_meant(tmp_path):
 
 
 def test_a_mesh_that_breaks_its_process_costs_its_own_diagnosis(tmp_path):
-    write_obj(tmp_path / "a.obj", *sphere(1))
+    write_obj(tmp_path / "a.obj", *sphere(5))
     (entry,) = entries_at(tmp_path / "a.obj")
-    found = examine(entry, PAPER, Limits(seconds=1e-6))
+    found = examine(entry, PAPER, Limits(seconds=0.001))
     assert (found.refusal.code, found.found) == ("time-limit", {})
-    assert verdict(found) == "failed: it was stopped after 1e-06 s [time-limit]"
+    assert verdict(found) == "failed: it was stopped after 0.001 s [time-limit]"
     assert examine(entry, PAPER, Limits()).table() == diagnose(entry, PAPER).table()

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from faults import compute_or_fault
-from shapes import FAMILY, bumpy, write_labels, write_obj
+from shapes import FAMILY, bumpy, sphere, write_labels, write_obj
 
 from meshshard.files import lock_folder
 from meshshard.index import read_index
@@ -123,7 +123,7 @@ def test_an_estimate_survives_bad_meshes(tmp_path):
 
 def test_limits_are_those_of_the_call(tmp_path):
     raw = tmp_path / "raw"
-    write_obj(raw / "a.obj", *bumpy(0, 0))
-    report = go(raw, tmp_path / "out", limits=Limits(seconds=1e-6))
+    write_obj(raw / "a.obj", *sphere(5))
+    report = go(raw, tmp_path / "out", limits=Limits(seconds=0.001))
     assert {entry.code for entry in report.index.failed} == {"time-limit"}
     assert go(raw, tmp_path / "out").ok

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from meshshard.errors import UsageError
+from meshshard.remote import RemotePath, listed, to_path
 from meshshard_prep.datasets import coseg, human_seg, minicoseg, shrec_16
 from meshshard_prep.datasets.folder import read_folder
 from meshshard_prep.datasets.layout import Adapter, Entry, RawDataset
@@ -22,12 +23,15 @@ def read_dataset(
 ) -> RawDataset:
     """What `meshshard features NAME --raw DIR` means: a known name, a .toml file, a folder, or one mesh file.
 
-    A known data set is looked for in `raw`, by default data/raw/NAME, and made there if it can be generated, unless
-    `make` is false; `tell` is told so. UsageError says where the files come from and what to type.
+    Folders and files may lie behind URLs, s3://bucket/folder say. A known data set is looked for in `raw`, by default
+    data/raw/NAME, and made there if it can be generated, unless `make` is false; `tell` is told so. UsageError says
+    where the files come from and what to type.
     """
     if name in ADAPTERS:
-        adapter, root = ADAPTERS[name], raw or Path("data/raw") / name
+        adapter, root = ADAPTERS[name], listed(raw or Path("data/raw") / name)
         if make and adapter.generate and not adapter.is_complete(root):
+            if isinstance(root, RemotePath):
+                raise UsageError(f"{name} is made on this machine only, and {root} does not hold it; leave out --raw")
             if tell:
                 tell(f"making the raw files of {name} in {root}")
             adapter.generate(root)
@@ -39,7 +43,7 @@ def read_dataset(
         return adapter.read(root)
     if not name:
         raise UsageError("a data set is a known name, a folder, a mesh file or a .toml file; an empty name is none")
-    path = Path(name)
+    path = listed(to_path(name))
     if path.suffix == ".toml" and path.is_file():
         return read_toml(path, raw)
     if raw is not None:
@@ -47,6 +51,6 @@ def read_dataset(
     if path.exists():
         return read_folder(path)
     raise UsageError(
-        f"{name!r} is no known data set, and no folder, mesh or .toml file of that name is here; "
+        f"{name!r} is no known data set, and no folder, mesh or .toml file of that name was found; "
         f"known are {', '.join(ADAPTERS)}"
     )

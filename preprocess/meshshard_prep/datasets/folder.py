@@ -1,6 +1,5 @@
 """Any folder of meshes. A label file may lie beside each mesh; train/, val/ and test/ on top are splits."""
 
-import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -52,17 +51,16 @@ def read_folder(
     )
 
 
-def _mesh_files(root: Path) -> Iterator[Path]:
+def _mesh_files(folder: Path) -> Iterator[Path]:
     """What is no folder and ends like a mesh. A folder that cannot be listed is an OSError: it may hold meshes."""
-
-    def stop(error: OSError) -> None:
-        raise error
-
-    for folder, below, names in os.walk(root, onerror=stop):
-        below[:] = [name for name in below if not name.startswith(".")]
-        for path in (Path(folder, name) for name in names if not name.startswith(".")):
-            if path.suffix.lower() in MESH_SUFFIXES:
-                yield path
+    for path in folder.iterdir():
+        if path.name.startswith("."):
+            continue
+        if path.is_dir():
+            if not path.is_symlink():
+                yield from _mesh_files(path)
+        elif path.suffix.lower() in MESH_SUFFIXES:
+            yield path
 
 
 def labels_beside(path: Path) -> Path | None:

@@ -5,6 +5,7 @@ import tomllib
 from pathlib import Path
 
 from meshshard.errors import UsageError
+from meshshard.remote import is_url, listed, to_path
 from meshshard_prep.datasets.folder import read_folder
 from meshshard_prep.datasets.layout import DOMAINS, RawDataset
 from meshshard_prep.datasets.meshcnn import read_classification, read_segmentation
@@ -14,7 +15,7 @@ KEYS = {"name": str, "layout": str, "raw": str, "classes": list, "label_domain":
 
 
 def read_toml(path: Path, raw: Path | None = None) -> RawDataset:
-    """The data set that a TOML file describes. `raw` replaces its raw folder, which is relative to the file.
+    """The data set that a TOML file describes. `raw` replaces its raw folder, which is a URL or relative to the file.
 
     UsageError names the key: an unknown one, one of another type, an unknown layout or domain.
     """
@@ -32,7 +33,8 @@ def read_toml(path: Path, raw: Path | None = None) -> RawDataset:
         raise UsageError(f"{path}: layout is one of {', '.join(LAYOUTS)}, not {layout!r}")
     if table.get("label_domain", "face") not in DOMAINS:
         raise UsageError(f"{path}: label_domain is one of {', '.join(DOMAINS)}, not {table['label_domain']!r}")
-    root = raw or path.parent / table.get("raw", ".")
+    named = table.get("raw", ".")
+    root = listed(raw or (to_path(named) if is_url(named) else path.parent / named))
     if not root.is_dir():
         raise UsageError(f"{path}: the raw folder {root} is not there; set raw, or give --raw")
     name = table.get("name", path.stem)

@@ -1,6 +1,6 @@
 """Each layout is built to the letter here; what is at hand is read whole in test_real_data.py."""
 
-import os
+from pathlib import Path
 
 import pytest
 from shapes import box, sphere, write_labels, write_obj
@@ -210,14 +210,14 @@ def test_what_a_folder_passes_over_and_what_it_does_not(tmp_path):
 def test_a_folder_that_cannot_be_listed_is_an_error(tmp_path, monkeypatch):
     write_obj(tmp_path / "a.obj", *box())
     (tmp_path / "closed").mkdir()
-    scandir = os.scandir
+    iterdir = Path.iterdir
 
     def refuse(path):
-        if str(path).endswith("closed"):
+        if path.name == "closed":
             raise PermissionError(13, "Permission denied", str(path))
-        return scandir(path)
+        return iterdir(path)
 
-    monkeypatch.setattr(os, "scandir", refuse)
+    monkeypatch.setattr(Path, "iterdir", refuse)
     with pytest.raises(PermissionError, match="closed"):
         read_dataset(str(tmp_path))
 

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from shapes import bumpy, write_obj
 
+from meshshard_prep.datasets import read_dataset
 from meshshard_prep.work import Task, compute
 
 
@@ -66,6 +68,14 @@ FAULTS = {
     "unpicklable": (unpicklable, "error", "Strange: no module has this class"),
 }
 """Name -> what happens, the code it is told by, words of its cause."""
+
+
+def raw_folder(root, count, faults):
+    """`count` small meshes; `faults`: position -> the fault that the mesh there brings."""
+    for number in range(count):
+        name = f"{number:02}-{faults[number]}" if number in faults else f"{number:02}"
+        write_obj(root / f"{name}.obj", *bumpy(number, 0))
+    return read_dataset(str(root))
 
 
 def compute_or_fault(job, out, recipe):

@@ -52,8 +52,13 @@ def write_dataset(
     samples = sorted(samples, key=lambda s: s.id)
     image = shard_image(samples, recipe=recipe, algorithm_version=1, classes=classes)
     publish(folder / "shard-0.h5", image)
-    sizes = {"vertices": sum(len(s.vertices) for s in samples), "faces": sum(len(s.faces) for s in samples)}
-    entry = ShardEntry(file="shard-0.h5", bytes=len(image), sha256=sha256_of(image), meshes=len(samples), **sizes)
+    entry = ShardEntry(
+        file="shard-0.h5",
+        bytes=len(image),
+        sha256=sha256_of(image),
+        vertex_counts=tuple(len(s.vertices) for s in samples),
+        faces=sum(len(s.faces) for s in samples),
+    )
     index = Index(
         dataset="toy",
         task=task,

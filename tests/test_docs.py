@@ -54,9 +54,9 @@ def test_reading_block_of_the_format_document(tmp_path, monkeypatch, capsys):
     toy_dataset(tmp_path)
     (tmp_path / "shard-0.h5").rename(tmp_path / "shard.h5")
     monkeypatch.chdir(tmp_path)
-    (block,) = blocks(DOCS / "format.md", "python")
-    exec(compile(block, "format.md", "exec"), {"h5py": h5py})
-    assert capsys.readouterr().out == "mesh000 (6, 3) (6, 16) (8, 3)\n"
+    for block in blocks(DOCS / "format.md", "python"):
+        exec(compile(block, "format.md", "exec"), {"h5py": h5py})
+    assert capsys.readouterr().out == "14\nmesh000 (6, 3) (6, 16) (8, 3)\n"
 
 
 def test_refusals_document_is_the_table_of_codes():

@@ -67,6 +67,10 @@ def features(
     no_labels: NoLabels = False,
     time_limit: Annotated[float, typer.Option(help="Seconds a mesh may take; 0 for no limit.", min=0)] = 600,
     memory_limit: Annotated[float, typer.Option(help="GB a mesh may take; 0 for no limit.", min=0)] = 8,
+    backend: Annotated[str, typer.Option(help="Where workers are: loky (this machine), dask, or ray.")] = "loky",
+    address: Annotated[
+        str | None, typer.Option(help="Of dask's scheduler, as tcp://HOST:8786, or of ray, as HOST:6379.")
+    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Only tell what would be done, and what it takes.")
     ] = False,
@@ -87,6 +91,7 @@ def features(
     """
     from meshshard.errors import UsageError
     from meshshard.recipe import find_recipe
+    from meshshard_prep.engines import find_engine
     from meshshard_prep.isolation import Limits
     from meshshard_prep.progress import progress
     from meshshard_prep.run import run
@@ -95,6 +100,7 @@ def features(
         raise UsageError(f"--val-fraction is at least 0 and below 1, not {val_fraction}")
     if jobs == 0:
         raise UsageError("--jobs is the number of workers, or -1 for one a core; it cannot be 0")
+    engine = find_engine(backend, address, jobs)
     settings = _with_options(find_recipe(recipe), components, spectrum)
     raw_dataset = _raw_dataset(dataset, raw, no_labels, make=not dry_run)
     folder = out or FEATURES / raw_dataset.name / settings.name
@@ -107,7 +113,7 @@ def features(
                 raw_dataset,
                 folder,
                 settings,
-                jobs=jobs,
+                engine=engine,
                 limits=Limits(seconds=time_limit or None, memory=round(memory_limit * 1e9) or None),
                 val_fraction=val_fraction,
                 split_seed=split_seed,
@@ -239,7 +245,7 @@ def bench(
     ] = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Measure the preparation beside the published way, in one run, and write a table and a plot.
+    """Measure the preparation beside the published way, and reading beside a bare memory map: tables and a plot.
 
     Examples: meshshard bench --quick --out /tmp/bench
 
@@ -254,7 +260,7 @@ def bench(
 
     from threadpoolctl import threadpool_limits
 
-    from meshshard_prep.bench import measure, report
+    from meshshard_prep.bench import measure, report, streaming
 
     sizes = {252: 3} if quick else measure.SIZES
     libraries = ("numpy", "scipy", "numba", "potpourri3d", "robust-laplacian")
@@ -272,11 +278,17 @@ def bench(
                 typer.echo(f"{kind}: {to_json(row)}", err=True)
         figures["parts"] = measure.parts()
         figures["workers"] = measure.worker_row()
+        machine = {name: figures[name] for name in ("processor", "versions")}
+        figures["streaming"] = machine | (streaming.streaming(meshes=32) if quick else streaming.streaming())
     if not quick:
         typer.echo("a million faces: minutes", err=True)
         figures["large"] = measure.large_mesh()
+    reading = figures.pop("streaming")
     report.write(out, figures)
-    typer.echo(to_json(figures) if as_json else report.page(figures))
+    streaming.write(out, reading)
+    typer.echo(
+        to_json(figures | {"streaming": reading}) if as_json else report.page(figures) + streaming.page(reading)
+    )
 
 
 def _print_report(report: "Report", folder: Path, as_json: bool) -> None:

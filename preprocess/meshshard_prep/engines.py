@@ -8,16 +8,20 @@ did not come back.
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import joblib
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 
+from meshshard.errors import UsageError
 from meshshard_prep.isolated import die_with
 from meshshard_prep.jobs import Job
 from meshshard_prep.work import Outcome
 
 Task = Callable[[Job], Outcome]
 Engine = Callable[[Task, Sequence[Job]], Iterator[Outcome]]
+
+BACKENDS = ("loky", "dask", "ray")
 
 
 def on_this_machine(task: Task, jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
@@ -38,3 +42,22 @@ def on_this_machine(task: Task, jobs: Sequence[Job], workers: int) -> Iterator[O
 def _start_worker(parent: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends its workers
     die_with(parent)
+
+
+def find_engine(backend: str, address: str | None, workers: int) -> Engine:
+    """The engine that --backend, --address and --jobs mean together. UsageError: they do not fit together."""
+    from meshshard_prep.clusters import on_dask, on_ray
+
+    if backend not in BACKENDS:
+        raise UsageError(f"--backend is one of {', '.join(BACKENDS)}, not {backend!r}")
+    if backend == "loky":
+        if address:
+            raise UsageError(f"--address {address} is for --backend dask or ray; give one of them")
+        return partial(on_this_machine, workers=workers)
+    if workers != -1:
+        raise UsageError(f"--jobs is for workers on this machine; {backend} decides itself how many there are")
+    if backend == "ray":
+        return partial(on_ray, address=address)
+    if not address:
+        raise UsageError("--backend dask needs the --address that `dask scheduler` prints, as tcp://HOST:8786")
+    return partial(on_dask, address=address)

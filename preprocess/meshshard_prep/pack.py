@@ -157,8 +157,7 @@ def _write(out: Path, samples: list[Sample], recipe: Recipe, classes: tuple[str,
         file=path.name,
         bytes=len(image),
         sha256=digest,
-        meshes=len(samples),
-        vertices=sum(len(s.vertices) for s in samples),
+        vertex_counts=tuple(len(s.vertices) for s in samples),
         faces=sum(len(s.faces) for s in samples),
     )
 

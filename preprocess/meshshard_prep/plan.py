@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from meshshard.cache import open_shard
+from meshshard.dataset import Dataset
 from meshshard.errors import InvalidMesh, InvalidShard
 from meshshard.index import INDEX_NAME, Index, Rejection, read_index
 from meshshard.reader import Shard
@@ -110,9 +110,10 @@ def stored_before(folder: Path) -> Before:
     samples: dict[str, tuple[Shard, int]] = {}
     places: dict[str, tuple[Shard, int]] = {}
     start = 0
-    for entry in index.shards:
-        shard = open_shard(folder / entry.file, entry.sha256)
+    dataset = Dataset(folder, index)
+    for place, entry in enumerate(index.shards):
         with contextlib.suppress(InvalidShard):
+            shard = dataset.shard(place)
             for row in range(len(shard)):
                 samples[index.keys[start + row]] = places[index.ids[start + row]] = shard, row
         start += entry.meshes

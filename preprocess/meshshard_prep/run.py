@@ -13,6 +13,7 @@ from meshshard.recipe import Recipe
 from meshshard_prep import staging
 from meshshard_prep.datasets.layout import RawDataset
 from meshshard_prep.engines import Engine, on_this_machine
+from meshshard_prep.ground import common_ground
 from meshshard_prep.isolation import Limits
 from meshshard_prep.jobs import Job, rejection
 from meshshard_prep.pack import Packer, publish_dataset
@@ -64,13 +65,15 @@ def run(
         check_owner(plan.before, dataset, out)
         packer = Packer(out, plan, recipe, dataset.classes)
         todo = [plan.jobs[name] for name in plan.todo]
-        task = Task(out=out, recipe=recipe, limits=limits, compute=compute)
         mesh_seconds = 0.0
-        for done, outcome in enumerate(_map(task, todo, engine or partial(on_this_machine, workers=jobs)), start=1):
-            mesh_seconds += outcome.seconds
-            packer.take(outcome)
-            if progress:
-                progress(done, len(todo), len(packer.rejected))
+        with common_ground(out) as ground:
+            task = Task(out=out.resolve(), recipe=recipe, limits=limits, compute=compute, ground=ground)
+            outcomes = _map(task, todo, engine or partial(on_this_machine, workers=jobs))
+            for done, outcome in enumerate(outcomes, start=1):
+                mesh_seconds += outcome.seconds
+                packer.take(outcome)
+                if progress:
+                    progress(done, len(todo), len(packer.rejected))
         index = publish_dataset(
             out, dataset, packer, plan.before, recipe=recipe, val_fraction=val_fraction, split_seed=split_seed
         )

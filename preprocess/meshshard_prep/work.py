@@ -13,6 +13,7 @@ from meshshard.files import sha256_of
 from meshshard.index import Rejection
 from meshshard.recipe import Recipe
 from meshshard_prep import staging
+from meshshard_prep.ground import Ground, check_ground
 from meshshard_prep.isolation import Limits, Lost, isolated
 from meshshard_prep.jobs import Job, key_of, read_entry, rejection
 
@@ -39,10 +40,12 @@ class Task:
     recipe: Recipe
     limits: Limits
     compute: Callable[[Job, Path, Recipe], Outcome]
+    ground: Ground
 
     def __call__(self, job: Job) -> Outcome:
         """Compute one mesh. A crash is tried once more, in a new process: what killed the first one, such as the
-        system being out of memory, may not have been this mesh."""
+        system being out of memory, may not have been this mesh. UsageError: this worker differs from the run."""
+        check_ground(self.ground)
         start = time.perf_counter()
         process = isolated(warm_up, self.recipe)
         for last_try in (False, True):

@@ -40,6 +40,7 @@ EXTRAS = {
     ),
     "bench": ("potpourri3d",),
     "remote": ("fsspec", "s3fs"),
+    "distributed": ("dask", "distributed", "ray"),
     "train": ("torch", "safetensors", "matplotlib"),
     "pyg": ("torch_geometric",),
 }

@@ -4,38 +4,72 @@ from bisect import bisect_right
 from collections.abc import Mapping
 from itertools import accumulate
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from meshshard.cache import open_shard
+from meshshard.cache import local_copy
+from meshshard.errors import InvalidShard
 from meshshard.index import Index, read_index
+from meshshard.reader import Shard
 from meshshard.recipe import Recipe
 from meshshard.remote import to_path
 from meshshard.sample import Sample
 
 
 class Dataset:
-    """Random access to the samples of a folder. Cheap to make and to send to another process: shards are opened,
-    and held against their sha256, when a sample of theirs is first asked for."""
+    """Random access to the samples of a folder. Cheap to make and to send to another process: a shard is opened,
+    and held against the index, when a sample of it is first asked for, in every process."""
 
     def __init__(self, folder: Path, index: Index) -> None:
         self.folder, self.index = folder, index
-        self._shards = [open_shard(folder / entry.file, entry.sha256) for entry in index.shards]
         self._starts = list(accumulate((entry.meshes for entry in index.shards), initial=0))
+        self._shards: list[Shard | None] = [None] * len(index.shards)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Dataset, (self.folder, self.index)
 
     def __len__(self) -> int:
         return self._starts[-1]
 
     def __getitem__(self, number: int) -> Sample:
+        """InvalidShard: the shard is damaged, or not the one that the index describes."""
         if not 0 <= number < len(self):
             raise IndexError(f"{self.folder} holds {len(self)} meshes, number {number} was asked for")
-        shard = bisect_right(self._starts, number) - 1
-        return self._shards[shard][number - self._starts[shard]]
+        place = bisect_right(self._starts, number) - 1
+        return self.shard(place)[number - self._starts[place]]
+
+    def shard(self, place: int) -> Shard:
+        """A shard by its place in the index, held against the index when it is first asked for. InvalidShard: it is
+        damaged, or not the one that the index describes."""
+        shard = self._shards[place]
+        if shard is None:
+            shard = self._shards[place] = self._first_touch(place)
+        return shard
+
+    def _first_touch(self, place: int) -> Shard:
+        entry, start = self.index.shards[place], self._starts[place]
+        shard = Shard(local_copy(self.folder / entry.file, entry.sha256), entry.sha256)
+        columns = shard.columns
+        pairs = {
+            "ids": (tuple(columns["id"].tolist()), self.index.ids[start : start + entry.meshes]),
+            "keys": (tuple(columns["key"].tolist()), self.index.keys[start : start + entry.meshes]),
+            "vertex counts": (tuple(np.diff(columns["vertex_ptr"]).tolist()), entry.vertex_counts),
+            "faces": (len(columns["faces"]), entry.faces),
+            "classes": (shard.classes, self.index.classes),
+            "recipe": (shard.recipe, self.index.recipe),
+        }
+        for what, (found, promised) in pairs.items():
+            if found != promised:
+                raise InvalidShard(
+                    f"{shard.path}: its {what} are {str(found)[:80]}, the index says {str(promised)[:80]}"
+                )
+        return shard
 
     @property
     def vertex_counts(self) -> list[int]:
         """Vertices of each sample."""
-        return [int(count) for shard in self._shards for count in np.diff(shard.columns["vertex_ptr"])]
+        return [count for entry in self.index.shards for count in entry.vertex_counts]
 
     @property
     def name(self) -> str:

@@ -1,12 +1,14 @@
 """Files that are old or new, never something between."""
 
 import contextlib
+import errno
 import hashlib
 import os
 import secrets
 import socket
 import time
 from collections.abc import Iterator
+from io import BytesIO, FileIO
 from pathlib import Path
 
 from meshshard.errors import UsageError
@@ -24,6 +26,14 @@ def sha256_of_file(path: Path) -> str:
     """Hexadecimal sha256 of a file, read in pieces."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def open_regular(path: Path) -> FileIO | BytesIO:
+    """A file to read, unbuffered; of one behind a URL, its content. OSError for anything but a regular file: a pipe
+    waits for its writer for ever."""
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EINVAL, "it is no regular file", str(path))
+    return path.open("rb", buffering=0)
 
 
 def publish(path: Path, data: bytes, *, durable: bool = True) -> None:

@@ -1,29 +1,45 @@
 """index.json: what a data set of shards consists of. What it does not name does not exist."""
 
 import json
+import re
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from meshshard.errors import InvalidShard, UsageError
-from meshshard.files import publish, sha256_of
+from meshshard.files import open_regular, publish, sha256_of
 from meshshard.recipe import Recipe
 
 INDEX_NAME = "index.json"
 INDEX_FORMAT = "meshshard-index"
 INDEX_VERSION = 1
+TASKS = ("segmentation", "classification", "unlabelled")
+MAX_BYTES = 2**30
+"""Of an index: some millions of samples."""
+
+FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*\.h5")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShardEntry:
-    """One shard file, by its name in the folder of the index."""
+    """One shard file, by its name in the folder of the index. `vertex_counts`: of its meshes, in order; here, so
+    that batches are planned without opening a shard. `faces`: of all of them."""
 
     file: str
     bytes: int
     sha256: str
-    meshes: int
-    vertices: int
+    vertex_counts: tuple[int, ...]
     faces: int
+
+    @property
+    def meshes(self) -> int:
+        """How many meshes it holds."""
+        return len(self.vertex_counts)
+
+    @property
+    def vertices(self) -> int:
+        """Vertices of all its meshes."""
+        return sum(self.vertex_counts)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,25 +85,39 @@ class Index:
         return sha256_of("".join(f"{name}\t{key}\n" for name, key in pairs).encode())
 
     def to_bytes(self) -> bytes:
-        """The file, with a sha256 over all of it but that line."""
+        """The file: a line for each part, the last one a sha256 of all before it."""
         table: dict[str, Any] = {"format": INDEX_FORMAT, "format_version": INDEX_VERSION}
         table |= {f.name: getattr(self, f.name) for f in fields(self)}
         table |= {"recipe": json.loads(self.recipe.to_json()), "splits_sha256": self.splits_sha256}
         for name in ("shards", "refused", "failed"):
             table[name] = [asdict(entry) for entry in table[name]]
-        table["sha256"] = _sealed(table)
-        return json.dumps(table, indent=1, ensure_ascii=False).encode() + b"\n"
+        lines = (f'"{name}": {json.dumps(value, ensure_ascii=False)}' for name, value in table.items())
+        return sealed(("{\n" + ",\n".join(lines)).encode())
 
     def write(self, folder: Path) -> None:
         """Publish as folder/index.json."""
         publish(folder / INDEX_NAME, self.to_bytes())
 
 
+SEAL = b',\n"sha256": '
+
+
+def sealed(body: bytes) -> bytes:
+    """The bytes of an index, from all of it but its last line."""
+    return body + SEAL + f'"{sha256_of(body)}"\n}}\n'.encode()
+
+
 def read_index(folder: Path) -> Index:
-    """The index of a folder of shards. UsageError where there is none, InvalidShard where it is damaged."""
+    """The index of a folder of shards. UsageError where there is none, InvalidShard where it is damaged, or does
+    not agree with itself."""
     path = folder / INDEX_NAME
     try:
-        text = path.read_bytes()
+        with open_regular(path) as stream:
+            size = stream.seek(0, 2)
+            if size > MAX_BYTES:
+                raise InvalidShard(f"{path}: {size} bytes; an index has at most {MAX_BYTES}")
+            stream.seek(0)
+            text = stream.read()
     except FileNotFoundError:
         raise UsageError(
             f"{folder} holds no {INDEX_NAME}: it is no folder of shards; "
@@ -95,36 +125,81 @@ def read_index(folder: Path) -> Index:
         ) from None
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from error
+    body, seal, _ = text.rpartition(SEAL)
+    if not seal:
+        raise InvalidShard(f"{path}: not the index of a meshshard folder, or damaged; run meshshard features again")
+    if text != sealed(body):
+        raise InvalidShard(
+            f"{path}: the index is damaged: its content does not match its sha256; run meshshard features again"
+        )
     try:
         table = json.loads(text)
-        seal = table.pop("sha256")
-    except (ValueError, KeyError, AttributeError, TypeError) as error:
-        raise InvalidShard(
-            f"{path}: not the index of a meshshard folder, or damaged ({error}); run meshshard features again"
-        ) from error
+    except (ValueError, RecursionError) as error:
+        raise InvalidShard(f"{path}: the index is not JSON: {error}") from error
     if (table.get("format"), table.get("format_version")) != (INDEX_FORMAT, INDEX_VERSION):
         raise InvalidShard(
             f"{path}: format {table.get('format')!r} version {table.get('format_version')!r}; "
             f"this meshshard reads {INDEX_FORMAT!r} version {INDEX_VERSION}"
         )
-    if _sealed(table) != seal:
-        raise InvalidShard(f"{path}: the index is damaged: its content does not match its sha256 {seal}")
     try:
-        return _from_table(table)
-    except (KeyError, TypeError) as error:
-        raise InvalidShard(f"{path}: a part of the index is missing or of another kind: {error!r}") from error
-
-
-def _sealed(table: dict[str, Any]) -> str:
-    return sha256_of(json.dumps(table, sort_keys=True, separators=(",", ":")).encode())
+        index = _from_table(table)
+        _check(index)
+    except (KeyError, TypeError, OverflowError, UsageError) as error:
+        raise InvalidShard(f"{path}: a part of the index is missing or of another kind: {error}") from error
+    except InvalidShard as error:
+        raise InvalidShard(f"{path}: {error}") from error
+    return index
 
 
 def _from_table(table: dict[str, Any]) -> Index:
-    values = {f.name: table[f.name] for f in fields(Index)}
+    values = _values(Index, {f.name: table[f.name] for f in fields(Index)})
     values["recipe"] = Recipe.from_table(table["recipe"], INDEX_NAME)
-    values["shards"] = tuple(ShardEntry(**entry) for entry in table["shards"])
+    values["shards"] = tuple(
+        ShardEntry(**_values(ShardEntry, entry) | {"vertex_counts": _all(entry, "vertex_counts", int)})
+        for entry in _all(table, "shards", dict)
+    )
     for name in ("refused", "failed"):
-        values[name] = tuple(Rejection(**entry) for entry in table[name])
+        values[name] = tuple(Rejection(**_values(Rejection, entry)) for entry in _all(table, name, dict))
     for name in ("classes", "ids", "keys", "splits"):
-        values[name] = tuple(table[name])
+        values[name] = _all(table, name, str)
     return Index(**values)
+
+
+def _values(kind: type[Index | ShardEntry | Rejection], table: dict[str, Any]) -> dict[str, Any]:
+    """A copy of a JSON table, if it has the fields of a dataclass and plain values are of their types."""
+    types = {f.name: f.type for f in fields(kind)}
+    if set(table) != set(types):
+        raise TypeError(f"{sorted(table)} is not {sorted(types)}")
+    for name, value in table.items():
+        if types[name] in (str, int, float) and type(value) is not types[name]:
+            raise TypeError(f"{name!r} is {value!r}")
+    return dict(table)
+
+
+def _all(table: dict[str, Any], name: str, kind: type) -> tuple[Any, ...]:
+    """A list of the index whose elements are all of one kind."""
+    values = table[name]
+    if type(values) is not list or not {type(value) for value in values} <= {kind}:
+        raise TypeError(f"{name!r} is no list of {kind.__name__}")
+    return tuple(values)
+
+
+def _check(index: Index) -> None:
+    """The parts agree with each other."""
+    if index.task not in TASKS:
+        raise InvalidShard(f"the task is one of {', '.join(TASKS)}, not {index.task!r}")
+    if not 0 <= index.val_fraction < 1:
+        raise InvalidShard(f"val_fraction is at least 0 and below 1, not {index.val_fraction}")
+    for entry in index.shards:
+        if not FILE_NAME.fullmatch(entry.file):
+            raise InvalidShard(f"{entry.file!r} is no name of a shard: it must lie in the folder of the index")
+        if min(entry.vertex_counts, default=0) < 0:
+            raise InvalidShard(f"{entry.file} has a mesh with less than no vertex")
+    samples, in_shards = len(index.ids), sum(entry.meshes for entry in index.shards)
+    if not (samples == len(index.keys) == len(index.splits) == in_shards):
+        raise InvalidShard(
+            f"the index names {samples} samples, with {len(index.keys)} keys and {len(index.splits)} splits, and its "
+            f"shards hold {in_shards}"
+        )
+    if len(set(index.ids)) != samples:
+        raise InvalidShard("two samples of the index have the same id")

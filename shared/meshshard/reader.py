@@ -1,17 +1,21 @@
 """A shard to samples: checked on first touch, then mapped straight from the page cache."""
 
+import errno
+import hashlib
 import json
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
-from meshshard.errors import InvalidShard
-from meshshard.files import sha256_of_file
+from meshshard.errors import InvalidShard, UsageError
+from meshshard.files import open_regular
 from meshshard.recipe import Recipe
 from meshshard.sample import DIAGNOSTICS, Sample
-from meshshard.schema import ATTRIBUTES, FIELDS, FORMAT, FORMAT_VERSION, PER_FACE, PER_MESH, PER_VERTEX, Field
+from meshshard.schema import FIELDS, FORMAT, FORMAT_VERSION, PER_FACE, PER_MESH, PER_VERTEX
+from meshshard.storage import stored
 
 
 class Shard:
@@ -19,154 +23,163 @@ class Shard:
 
     `sha256`: what the index promises; the file is held against it before anything in it is believed.
     InvalidShard is raised for damage, for what format 1 forbids, and for another format or version.
-    Arrays of the samples are read-only views of the mapped file.
+    Arrays of the samples are read-only views of the mapped file; indices in them are within their bounds.
     """
 
     def __init__(self, path: Path, sha256: str | None = None) -> None:
         self.path, self.sha256 = path, sha256
-        self._columns: dict[str, np.ndarray] | None = None
-        self._attributes: dict[str, Any] = {}
+        self._content: _Content | None = None
 
-    def __getstate__(self) -> dict[str, Any]:
-        return {"path": self.path, "sha256": self.sha256, "_columns": None, "_attributes": {}}
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Shard, (self.path, self.sha256)
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
         """Every field of the shard by name, strings decoded."""
-        if self._columns is None:
-            if self.sha256 is not None and (found := self._hash()) != self.sha256:
-                raise InvalidShard(
-                    f"{self.path}: the file is damaged: its sha256 is {found}, the index says {self.sha256}; "
-                    "delete it and run `meshshard features` again"
-                )
-            self._attributes, self._columns = _open(self.path)
-        return self._columns
-
-    def _hash(self) -> str:
-        try:
-            return sha256_of_file(self.path)
-        except OSError as error:
-            raise InvalidShard(
-                f"{self.path}: the shard cannot be read: {error.strerror}; run meshshard features again"
-            ) from error
+        return self._opened().columns
 
     @property
     def recipe(self) -> Recipe:
         """The recipe its features were computed with."""
-        self.columns  # noqa: B018  opens the file
-        return Recipe.from_json(self._attributes["recipe"])
+        return self._opened().recipe
 
     @property
     def classes(self) -> tuple[str, ...]:
         """Class names; a label is an index into them."""
-        self.columns  # noqa: B018  opens the file
-        return tuple(json.loads(self._attributes["classes"]))
+        return self._opened().classes
 
     @property
     def algorithm_version(self) -> int:
         """The version of the numerical code that wrote it."""
-        self.columns  # noqa: B018  opens the file
-        return int(self._attributes["algorithm_version"])
+        return self._opened().algorithm_version
 
     def __len__(self) -> int:
-        return len(self.columns["id"])
+        return len(self._opened().meshes)
 
     def __getitem__(self, row: int) -> Sample:
-        columns = self.columns
-        if not 0 <= row < len(self):
+        content = self._opened()
+        if not 0 <= row < len(content.meshes):
             raise IndexError(f"{self.path} holds {len(self)} meshes, number {row} was asked for")
-        values: dict[str, Any] = {"times": columns["times"]}
-        for fields, pointer in ((PER_VERTEX, "vertex_ptr"), (PER_FACE, "face_ptr")):
-            rows = slice(int(columns[pointer][row]), int(columns[pointer][row + 1]))
-            values |= {f.name: columns[f.name][rows] for f in fields if f.name in columns}
-        for field in PER_MESH:
-            if field.name in columns and field.name not in DIAGNOSTICS and field.name != "sample_digest":
-                value = columns[field.name][row]
-                values[field.name] = value if len(field.axes) > 1 else value.item()
-        values["diagnostics"] = {name: int(columns[name][row]) for name in DIAGNOSTICS}
-        return Sample(**values)
+        values = content.meshes[row].copy()
+        values["diagnostics"] = values["diagnostics"].copy()
+        for pointer, arrays in content.arrays:
+            rows = slice(pointer[row], pointer[row + 1])
+            for name, array in arrays:
+                values[name] = array[rows]
+        return Sample.of_checked(values)
 
     def stored_digest(self, row: int) -> str:
         """The digest that the writer stored for a sample; `Sample.digest` computes it anew."""
         return str(self.columns["sample_digest"][row])
 
+    def _opened(self) -> "_Content":
+        if self._content is None:
+            try:
+                self._content = self._open()
+            except InvalidShard as error:
+                raise InvalidShard(f"{self.path}: {error}") from error
+            except OSError as error:
+                advice = "raise the limit: ulimit -n 8192" if error.errno == errno.EMFILE else ADVICE
+                raise InvalidShard(f"{self.path}: the shard cannot be read: {error.strerror}; {advice}") from error
+        return self._content
 
-def _open(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
-    try:
-        with h5py.File(path, "r", libver="latest") as file:
-            attributes = _attributes(file, path)
-            # one map for all fields: each map holds a file descriptor, of which a process has a thousand
-            mapped = np.memmap(path, dtype=np.uint8, mode="r").view(np.ndarray)
-            columns = {}
-            for field in FIELDS:
-                column = _column(file, field, path, mapped)
-                if column is not None:
-                    columns[field.name] = column
-    except (OSError, RuntimeError, KeyError, ValueError) as error:  # what h5py raises on files that are not whole
-        raise InvalidShard(f"{path}: this is not a readable HDF5 file: {error}") from error
-    _check_shapes(columns, path)
-    return attributes, columns
+    def _open(self) -> "_Content":
+        with open_regular(self.path) as stream:
+            if self.sha256 is not None:
+                found = hashlib.file_digest(stream, "sha256").hexdigest()
+                if found != self.sha256:
+                    raise InvalidShard(
+                        f"the file is damaged: its sha256 is {found}, the index says {self.sha256}; "
+                        "delete it and run `meshshard features` again"
+                    )
+            attributes, columns = stored(stream)
+        return _checked(attributes, columns)
 
 
-def _attributes(file: h5py.File, path: Path) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for name in ATTRIBUTES:
-        if name not in file.attrs:
-            raise InvalidShard(f"{path}: the root attribute {name!r} is missing: not a meshshard shard")
-        kind = file.attrs.get_id(name).get_type()
-        fixed_text = isinstance(kind, h5py.h5t.TypeStringID) and not kind.is_variable_str()
-        if not fixed_text and not isinstance(kind, h5py.h5t.TypeIntegerID):
-            raise InvalidShard(f"{path}: the root attribute {name!r} is neither a fixed string nor an integer")
-        value = file.attrs[name]
-        values[name] = value.decode() if fixed_text else int(value)
-    if values["format"] != FORMAT:
-        raise InvalidShard(f"{path}: the format is {values['format']!r}, not {FORMAT!r}")
-    if values["format_version"] != FORMAT_VERSION:
+ADVICE = "run meshshard features again"
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Content:
+    """An open shard. What samples are made of is laid out once, so that making one costs next to nothing:
+    `meshes` are the values of each that are not cut out of long arrays; `arrays` are those, with their pointers."""
+
+    columns: dict[str, np.ndarray]
+    recipe: Recipe
+    classes: tuple[str, ...]
+    algorithm_version: int
+    meshes: list[dict[str, Any]]
+    arrays: list[tuple[list[int], list[tuple[str, np.ndarray]]]]
+
+
+def _checked(attributes: dict[str, Any], columns: dict[str, np.ndarray]) -> _Content:
+    if attributes["format"] != FORMAT:
+        raise InvalidShard(f"the format is {attributes['format']!r}, not {FORMAT!r}")
+    if attributes["format_version"] != FORMAT_VERSION:
         raise InvalidShard(
-            f"{path}: format version {values['format_version']}; this meshshard reads version {FORMAT_VERSION}"
+            f"format version {attributes['format_version']}; this meshshard reads version {FORMAT_VERSION}"
         )
-    return values
-
-
-def _column(file: h5py.File, field: Field, path: Path, mapped: np.ndarray) -> np.ndarray | None:
-    """A mapped view of one field, after its storage was checked; None for an optional one that is not there."""
-    name = field.name.encode()
-    if not file.id.links.exists(name):
-        if field.required:
-            raise InvalidShard(f"{path}: the field {field.name!r} is missing")
-        return None
-    if file.id.links.get_info(name).type != h5py.h5l.TYPE_HARD:
-        raise InvalidShard(f"{path}: {field.name!r} is a link that leads elsewhere; format 1 has hard links only")
-    data = file[field.name]
-    if not isinstance(data, h5py.Dataset):
-        raise InvalidShard(f"{path}: {field.name!r} is a {type(data).__name__}, not a data set")
-    storage = data.id.get_create_plist()
-    if storage.get_layout() != h5py.h5d.CONTIGUOUS or storage.get_external_count() > 0:
-        raise InvalidShard(f"{path}: {field.name!r} is not stored in one piece inside the file")
-    wanted = data.dtype if field.dtype == "str" else field.numpy_dtype
-    if data.dtype != wanted or (field.dtype == "str" and data.dtype.kind != "S"):
-        raise InvalidShard(f"{path}: {field.name!r} has the type {data.dtype}, format 1 says {field.dtype}")
-    if data.size == 0:
-        return np.zeros(data.shape, dtype=wanted)
-    offset = data.id.get_offset()
-    if offset is None or offset + data.nbytes > len(mapped):
-        raise InvalidShard(f"{path}: {field.name!r} reaches beyond the end of the file")
-    column = mapped[offset : offset + data.nbytes].view(wanted).reshape(data.shape)
-    if field.dtype != "str":
-        return column
+    if not isinstance(attributes["algorithm_version"], int):
+        raise InvalidShard("the root attribute 'algorithm_version' is no integer")
     try:
-        return np.array([text.decode() for text in column.tolist()], dtype=str)
+        recipe, classes = Recipe.from_json(attributes["recipe"]), json.loads(attributes["classes"])
+    except (UsageError, ValueError, TypeError, OverflowError, RecursionError) as error:
+        raise InvalidShard(f"the root attributes 'recipe' and 'classes' are not what JSON says: {error}") from error
+    if not isinstance(classes, list) or not all(isinstance(name, str) for name in classes):
+        raise InvalidShard(f"the root attribute 'classes' is no list of names: {attributes['classes'][:80]}")
+    _check_shapes(columns)
+    if columns["times"].tolist() != list(recipe.times):
+        raise InvalidShard(f"'times' is {columns['times'].tolist()}, its recipe says {list(recipe.times)}")
+    _check_numbers(columns, len(classes))
+    columns |= {field.name: _decoded(columns[field.name], field.name) for field in FIELDS if field.dtype == "str"}
+    if any(first >= second for first, second in pairwise(columns["id"].tolist())):
+        raise InvalidShard("its meshes are not sorted by 'id', each once")
+    return _Content(
+        columns=columns,
+        recipe=recipe,
+        classes=tuple(classes),
+        algorithm_version=attributes["algorithm_version"],
+        meshes=_meshes(columns),
+        arrays=[
+            (columns[pointer].tolist(), [(f.name, columns[f.name]) for f in fields if f.name in columns])
+            for fields, pointer in ((PER_VERTEX, "vertex_ptr"), (PER_FACE, "face_ptr"))
+        ],
+    )
+
+
+def _meshes(columns: dict[str, np.ndarray]) -> list[dict[str, Any]]:
+    """Of every mesh: what Sample takes and is not cut out of the arrays of V and F."""
+    names = [f.name for f in PER_MESH if f.name in columns and f.name not in (*DIAGNOSTICS, "sample_digest")]
+    # rows of arrays stay numpy's, single values become Python's
+    values = [list(columns[name]) if columns[name].ndim > 1 else columns[name].tolist() for name in names]
+    counts = [columns[name].tolist() for name in DIAGNOSTICS]
+    return [
+        {
+            **dict(zip(names, row, strict=True)),
+            "times": columns["times"],
+            "diagnostics": dict(zip(DIAGNOSTICS, some, strict=True)),
+        }
+        for row, some in zip(zip(*values, strict=True), zip(*counts, strict=True), strict=True)
+    ]
+
+
+def _decoded(column: np.ndarray, name: str) -> np.ndarray:
+    try:
+        texts = [text.decode() for text in column.tolist()]
     except UnicodeDecodeError as error:
-        raise InvalidShard(f"{path}: {field.name!r} is not UTF-8: {error}") from error
+        raise InvalidShard(f"{name!r} is not UTF-8: {error}") from error
+    if any("\0" in text for text in texts):
+        raise InvalidShard(f"{name!r} has a zero inside a string")
+    return np.array(texts, dtype=str)
 
 
-def _check_shapes(columns: dict[str, np.ndarray], path: Path) -> None:
+def _check_shapes(columns: dict[str, np.ndarray]) -> None:
     """Axes agree with each other and pointers rise from 0 to the end."""
     sizes: dict[str | int, int] = {"N": len(columns["id"]), "N+1": len(columns["id"]) + 1}
     for axis, pointer in (("V", "vertex_ptr"), ("F", "face_ptr")):
         values = columns[pointer]
-        if len(values) == 0 or values[0] != 0 or (np.diff(values) < 0).any():
-            raise InvalidShard(f"{path}: {pointer!r} does not rise from 0")
+        if len(values) == 0 or values[0] != 0 or (values[1:] < values[:-1]).any():
+            raise InvalidShard(f"{pointer!r} does not rise from 0")
         sizes[axis] = int(values[-1])
     sizes["T"] = len(columns["times"])
     if "eigenvalues" in columns:
@@ -176,6 +189,25 @@ def _check_shapes(columns: dict[str, np.ndarray], path: Path) -> None:
             wanted = tuple(sizes.get(axis, axis) for axis in field.axes)
             if columns[field.name].shape != wanted:
                 raise InvalidShard(
-                    f"{path}: {field.name!r} has the shape {columns[field.name].shape}, its axes "
-                    f"{field.axes} say {wanted}"
+                    f"{field.name!r} has the shape {columns[field.name].shape}, its axes {field.axes} say {wanted}"
                 )
+
+
+def _check_numbers(columns: dict[str, np.ndarray], classes: int) -> None:
+    """Every index names something that is there, for compiled code follows it unasked; small fields are finite."""
+    vertices, faces = np.diff(columns["vertex_ptr"]), np.diff(columns["face_ptr"])
+    with_faces = np.flatnonzero(faces)
+    corners = 3 * columns["face_ptr"][with_faces]
+    for name, least, limits in (("faces", 0, vertices), ("face_adjacency", -1, faces)):
+        largest = np.maximum.reduceat(columns[name].ravel(), corners)  # of each mesh
+        if columns[name].min(initial=0) < least or (largest >= limits[with_faces]).any():
+            raise InvalidShard(f"{name!r} has an index outside its mesh")
+    for name in ("face_labels", "vertex_labels", "mesh_label"):
+        labels = columns.get(name)
+        if labels is not None and not -1 <= labels.min(initial=0) <= labels.max(initial=-1) < classes:
+            raise InvalidShard(f"{name!r} has a label outside -1..{classes - 1}")
+    for name in ("centre", "scale", "hks_error_bound"):
+        if not np.isfinite(columns[name]).all():
+            raise InvalidShard(f"{name!r} has a number that is not finite")
+    if (columns["scale"] <= 0).any():
+        raise InvalidShard("'scale' has a number that is not above 0")

@@ -8,8 +8,7 @@ import time
 import pytest
 from effort import SOAKING
 from families import family_of, start_run
-from faults import FAULTS, compute_or_fault
-from shapes import bumpy, write_obj
+from faults import FAULTS, compute_or_fault, raw_folder
 
 from meshshard import open_dataset
 from meshshard.errors import FAILURES
@@ -58,14 +57,6 @@ def test_last_words_are_those_of_this_call(process):
     with pytest.raises(Lost) as lost:
         process.call(os._exit, 1, limits=LIMITS)
     assert lost.value.cause == "its process ended with exit status 1"
-
-
-def raw_folder(root, count, faults):
-    """`count` small meshes; `faults`: position -> the fault that the mesh there brings."""
-    for number in range(count):
-        name = f"{number:02}-{faults[number]}" if number in faults else f"{number:02}"
-        write_obj(root / f"{name}.obj", *bumpy(number, 0))
-    return read_dataset(str(root))
 
 
 POSITIONS = range(40) if SOAKING else (0, 19, 39)

@@ -1,7 +1,7 @@
 """Checkpoints: one safetensors file with everything needed to use the network, and a sha256 over all of it."""
 
-import hashlib
 import json
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,11 +12,13 @@ import torch
 
 from meshshard import Dataset
 from meshshard.errors import UsageError
-from meshshard.files import publish
+from meshshard.files import open_regular, publish, sha256_of
 from meshshard.recipe import Recipe
 from meshshard_train.config import TrainConfig
 from meshshard_train.data import input_size
 from meshshard_train.model import TaskDrivenNet
+
+FORMAT = "meshshard-checkpoint-1"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,10 +59,14 @@ class Checkpoint:
         return network.eval()
 
 
+SEAL = re.compile(rb'"sha256":"([0-9a-f]{64})"')
+UNSEALED = "0" * 64
+
+
 def save(path: Path, checkpoint: Checkpoint) -> None:
     """Publish a checkpoint: the file of that name is the old one or the new one, never a part."""
     metadata = {
-        "format": "meshshard-checkpoint-1",
+        "format": FORMAT,
         "config": checkpoint.config.to_json(),
         "features": json.dumps(list(checkpoint.config.features)),
         "classes": json.dumps(list(checkpoint.classes)),
@@ -68,30 +74,49 @@ def save(path: Path, checkpoint: Checkpoint) -> None:
         "splits_sha256": checkpoint.splits_sha256,
         "content_sha256": checkpoint.content_sha256,
         "state": json.dumps(checkpoint.state, sort_keys=True),
+        "sha256": UNSEALED,
     }
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in checkpoint.tensors.items()}
-    metadata["sha256"] = _digest(metadata, tensors)
-    publish(path, safetensors.torch.save(tensors, metadata))
+    publish(path, sealed(safetensors.torch.save(tensors, metadata)))
+
+
+def sealed(file: bytes) -> bytes:
+    """A safetensors file with the sha256 that it has with zeros in the place of it. UsageError: it has no place."""
+    place = SEAL.search(file)
+    if place is None:
+        raise UsageError("no meshshard checkpoint: its metadata has no sha256")
+    start, end = place.span(1)
+    digest = sha256_of(file[:start] + UNSEALED.encode() + file[end:])
+    return file[:start] + digest.encode() + file[end:]
 
 
 def load(path: Path) -> Checkpoint:
-    """Read and check a checkpoint. UsageError: not there, not one of ours, or damaged."""
+    """Read and check a checkpoint; nothing of it is parsed before its hash is right. UsageError: not there, not one
+    of ours, or damaged."""
     try:
-        with safetensors.safe_open(path, framework="pt") as file:
-            metadata = dict(file.metadata() or {})
-            tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118  not a dict
+        with open_regular(path) as stream:
+            file = stream.read()
     except FileNotFoundError:
         raise UsageError(f"{path} is not there; train first: meshshard train DATASET") from None
-    except (safetensors.SafetensorError, OSError) as error:
-        raise UsageError(f"{path} is not a readable checkpoint: {error}") from error
-    if metadata.get("format") != "meshshard-checkpoint-1":
-        raise UsageError(f"{path} is a safetensors file, but not a meshshard checkpoint")
-    promised = metadata.pop("sha256", "none")
-    found = _digest(metadata, tensors)
-    if found != promised:
-        raise UsageError(f"{path} is damaged: its content has sha256 {found}, it says {promised}")
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror}") from error
+    try:
+        if sealed(file) != file:
+            raise UsageError("its content does not have the sha256 that it says: it is damaged")
+        return _parsed(file)
+    except UsageError as error:
+        raise UsageError(f"{path} is no checkpoint that can be used: {error}") from error
+    except (safetensors.SafetensorError, ValueError, KeyError, TypeError, RecursionError, OverflowError) as error:
+        raise UsageError(f"{path} is no checkpoint that can be used: {error!r}") from error
+
+
+def _parsed(file: bytes) -> Checkpoint:
+    header = json.loads(file[8 : 8 + int.from_bytes(file[:8], "little")])
+    metadata = header["__metadata__"]
+    if metadata["format"] != FORMAT:
+        raise UsageError(f"its format is {metadata['format']!r}, not {FORMAT!r}")
     return Checkpoint(
-        tensors=tensors,
+        tensors=safetensors.torch.load(file),
         config=TrainConfig.from_json(metadata["config"]),
         classes=tuple(json.loads(metadata["classes"])),
         recipe=Recipe.from_json(metadata["recipe"]),
@@ -99,12 +124,3 @@ def load(path: Path) -> Checkpoint:
         content_sha256=metadata["content_sha256"],
         state=json.loads(metadata["state"]),
     )
-
-
-def _digest(metadata: dict[str, str], tensors: dict[str, torch.Tensor]) -> str:
-    state = hashlib.sha256(json.dumps(metadata, sort_keys=True).encode())
-    for name in sorted(tensors):
-        tensor = tensors[name]
-        state.update(f"{name} {tensor.dtype} {tuple(tensor.shape)};".encode())
-        state.update(tensor.reshape(-1).view(torch.uint8).numpy().data)
-    return state.hexdigest()

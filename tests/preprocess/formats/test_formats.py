@@ -124,12 +124,12 @@ def test_what_is_no_readable_file(make, tmp_path):
 
 
 def test_operating_system_that_refuses(tmp_path, monkeypatch):
-    def refuse(_path):
+    def refuse(*_):
         raise PermissionError(13, "Permission denied")
 
     path = tmp_path / "mesh.obj"
     path.write_bytes(OBJ)
-    monkeypatch.setattr(Path, "read_bytes", refuse)
+    monkeypatch.setattr(Path, "open", refuse)
     with pytest.raises(InvalidMesh, match=r"the system says 'Permission denied'.*\[unreadable\]"):
         read_mesh(path)
 

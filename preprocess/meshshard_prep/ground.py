@@ -1,0 +1,64 @@
+"""What a worker must have in common with the run it works for: the output folder, and what the numbers come from."""
+
+import secrets
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from meshshard.errors import UsageError
+from meshshard.files import TEMPORARY_PREFIX
+from meshshard_prep import staging
+
+PACKAGES = ("meshshard", "numpy", "scipy", "libigl", "robust-laplacian", "numba", "pymetis")
+"""What the numbers of a sample come from."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """`mark`: a file in the output folder that this run alone has made. `versions`: of PACKAGES, in their order."""
+
+    mark: Path
+    versions: tuple[str, ...]
+
+
+@contextmanager
+def common_ground(out: Path) -> Iterator[Ground]:
+    """The ground of a run that writes to `out`, whose staging folder is there."""
+    mark = out.resolve() / staging.FOLDER / f"{TEMPORARY_PREFIX}{secrets.token_hex(8)}"
+    mark.touch()
+    try:
+        yield Ground(mark, _versions())
+    finally:
+        mark.unlink(missing_ok=True)
+
+
+@lru_cache(maxsize=1)  # once a worker and run
+def check_ground(ground: Ground) -> None:
+    """UsageError: this process sees another folder than the run, or has other versions."""
+    host = socket.gethostname()
+    for package, here, there in zip(PACKAGES, _versions(), ground.versions, strict=True):
+        if here != there:
+            raise UsageError(
+                f"the worker on {host} has {package} {here} and this run {there}, so its samples could differ; "
+                "install the same there: `pip freeze > versions.txt` here, `pip install -r versions.txt` there"
+            )
+    if not ground.mark.exists():
+        raise UsageError(
+            f"the worker on {host} does not see what this run wrote to {ground.mark.parent.parent}; give an --out on "
+            "a file system that all machines share, with the same path on each"
+        )
+
+
+def _versions() -> tuple[str, ...]:
+    return tuple(_version(package) for package in PACKAGES)
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"

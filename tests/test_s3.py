@@ -19,6 +19,7 @@ from shapes import box, bumpy, sphere, write_labels, write_obj
 from typer.testing import CliRunner
 
 from meshshard import open_dataset
+from meshshard.cache import local_copy
 from meshshard.cli import app
 from meshshard.errors import InvalidMesh, InvalidShard, UsageError
 from meshshard.recipe import RECIPES
@@ -310,12 +311,10 @@ def test_a_shard_that_is_cut_or_another_is_never_used(s3, tmp_path, cache):
     assert same(dataset, open_dataset(here))
 
 
-def test_an_index_cannot_name_files_outside_the_cache(tmp_path):
-    here = toy_dataset(tmp_path / "toy")
-    memory = fsspec.filesystem("memory")
-    memory.put(str(here), "/hostile", recursive=True)
-    dataset = open_dataset(here)
-    shards = (type(dataset.index.shards[0])(**vars(dataset.index.shards[0]) | {"sha256": "../../outside"}),)
-    memory.pipe("/hostile/index.json", type(dataset.index)(**vars(dataset.index) | {"shards": shards}).to_bytes())
-    with pytest.raises(InvalidShard, match="where a sha256 should be"):
-        open_dataset("memory://hostile")
+def test_an_index_cannot_name_files_outside_the_cache(tmp_path, cache):
+    fsspec.filesystem("memory").pipe("/hostile/shard.h5", b"x")
+    for name in ("../../outside", "", "A" * 64, "0" * 63):
+        with pytest.raises(InvalidShard, match="where a sha256 should be"):
+            local_copy(to_path("memory://hostile/shard.h5"), name)
+    assert local_copy(tmp_path / "shard.h5", "../../outside") == tmp_path / "shard.h5"  # of this machine: not a copy
+    assert not cache.exists()

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from meshshard.cache import open_shard
+from meshshard.cache import local_copy
 from meshshard.errors import InvalidShard
 from meshshard.index import Index, read_index
 from meshshard.reader import Shard
@@ -49,7 +49,7 @@ class Dataset:
 
     def _first_touch(self, place: int) -> Shard:
         entry, start = self.index.shards[place], self._starts[place]
-        shard = open_shard(self.folder / entry.file, entry.sha256)
+        shard = Shard(local_copy(self.folder / entry.file, entry.sha256), entry.sha256)
         columns = shard.columns
         pairs = {
             "ids": (tuple(columns["id"].tolist()), self.index.ids[start : start + entry.meshes]),

@@ -29,7 +29,7 @@ def sha256_of_file(path: Path) -> str:
 
 
 def open_regular(path: Path) -> FileIO | BytesIO:
-    """A file to read, unbuffered; one behind a URL as its content. OSError for anything but a regular file: a pipe
+    """A file to read, unbuffered; of one behind a URL, its content. OSError for anything but a regular file: a pipe
     waits for its writer for ever."""
     if path.exists() and not path.is_file():
         raise OSError(errno.EINVAL, "it is no regular file", str(path))

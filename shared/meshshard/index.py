@@ -18,7 +18,6 @@ MAX_BYTES = 2**30
 """Of an index: some millions of samples."""
 
 FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*\.h5")
-SHA256 = re.compile("[0-9a-f]{64}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -194,8 +193,6 @@ def _check(index: Index) -> None:
     for entry in index.shards:
         if not FILE_NAME.fullmatch(entry.file):
             raise InvalidShard(f"{entry.file!r} is no name of a shard: it must lie in the folder of the index")
-        if not SHA256.fullmatch(entry.sha256):
-            raise InvalidShard(f"{entry.file} has {entry.sha256!r} where a sha256 should be")
         if min(entry.vertex_counts, default=0) < 0:
             raise InvalidShard(f"{entry.file} has a mesh with less than no vertex")
     samples, in_shards = len(index.ids), sum(entry.meshes for entry in index.shards)

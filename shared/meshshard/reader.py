@@ -28,10 +28,10 @@ class Shard:
 
     def __init__(self, path: Path, sha256: str | None = None) -> None:
         self.path, self.sha256 = path, sha256
-        self._content: ShardContent | None = None
+        self._content: _Content | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.path, self.sha256)
+        return Shard, (self.path, self.sha256)
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
@@ -72,7 +72,7 @@ class Shard:
         """The digest that the writer stored for a sample; `Sample.digest` computes it anew."""
         return str(self.columns["sample_digest"][row])
 
-    def _opened(self) -> "ShardContent":
+    def _opened(self) -> "_Content":
         if self._content is None:
             try:
                 self._content = self._open()
@@ -83,7 +83,7 @@ class Shard:
                 raise InvalidShard(f"{self.path}: the shard cannot be read: {error.strerror}; {advice}") from error
         return self._content
 
-    def _open(self) -> "ShardContent":
+    def _open(self) -> "_Content":
         with open_regular(self.path) as stream:
             if self.sha256 is not None:
                 found = hashlib.file_digest(stream, "sha256").hexdigest()
@@ -100,7 +100,7 @@ ADVICE = "run meshshard features again"
 
 
 @dataclass(frozen=True, kw_only=True)
-class ShardContent:
+class _Content:
     """An open shard. What samples are made of is laid out once, so that making one costs next to nothing:
     `meshes` are the values of each that are not cut out of long arrays; `arrays` are those, with their pointers."""
 
@@ -112,7 +112,7 @@ class ShardContent:
     arrays: list[tuple[list[int], list[tuple[str, np.ndarray]]]]
 
 
-def _checked(attributes: dict[str, Any], columns: dict[str, np.ndarray]) -> ShardContent:
+def _checked(attributes: dict[str, Any], columns: dict[str, np.ndarray]) -> _Content:
     if attributes["format"] != FORMAT:
         raise InvalidShard(f"the format is {attributes['format']!r}, not {FORMAT!r}")
     if attributes["format_version"] != FORMAT_VERSION:
@@ -134,7 +134,7 @@ def _checked(attributes: dict[str, Any], columns: dict[str, np.ndarray]) -> Shar
     columns |= {field.name: _decoded(columns[field.name], field.name) for field in FIELDS if field.dtype == "str"}
     if any(first >= second for first, second in pairwise(columns["id"].tolist())):
         raise InvalidShard("its meshes are not sorted by 'id', each once")
-    return ShardContent(
+    return _Content(
         columns=columns,
         recipe=recipe,
         classes=tuple(classes),

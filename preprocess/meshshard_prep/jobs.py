@@ -1,6 +1,7 @@
 """Entries to jobs: what a mesh is made of, by hash. Its key names its sample: same key, same numbers."""
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -59,13 +60,18 @@ def key_of(entry: Entry, mesh_sha256: str, labels_sha256: str | None, recipe: Re
     """
     parts = (
         f"algorithm {ALGORITHM_VERSION}",
-        recipe.to_json(),
+        _text_of(recipe),
         mesh_sha256,
         entry.path.suffix.lower(),
         labels_sha256 or "no labels",
         repr((sorted(entry.label_classes.items()), entry.label_domains, entry.mesh_label)),
     )
     return sha256_of("\n".join(parts).encode())
+
+
+@cache
+def _text_of(recipe: Recipe) -> str:
+    return recipe.to_json()
 
 
 def read_entry(entry: Entry) -> tuple[bytes, bytes | None]:

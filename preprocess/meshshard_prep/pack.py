@@ -36,6 +36,7 @@ class Packer:
         self._pending = set(plan.todo)
         self._waiting = deque(sorted(plan.jobs))
         self._portion: list[Sample] = []
+        self._vertices = 0
         self._shards: list[ShardEntry] = []
         self.rejected = dict(plan.rejected)
         self.jobs: list[Job] = []
@@ -80,16 +81,16 @@ class Packer:
         return staging.get(self._staged[job.key])
 
     def _add(self, sample: Sample) -> None:
-        vertices = sum(len(other.vertices) for other in self._portion)
-        full = len(self._portion) == MAX_MESHES or vertices + len(sample.vertices) > MAX_VERTICES
+        full = len(self._portion) == MAX_MESHES or self._vertices + len(sample.vertices) > MAX_VERTICES
         if self._portion and (full or _optional(sample) != _optional(self._portion[0])):
             self._flush()
         self._portion.append(sample)
+        self._vertices += len(sample.vertices)
 
     def _flush(self) -> None:
         if self._portion:
             self._shards.append(_write(self._out, self._portion, self._recipe, self._classes))
-        self._portion = []
+        self._portion, self._vertices = [], 0
 
 
 def publish_dataset(

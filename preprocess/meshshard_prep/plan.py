@@ -4,6 +4,8 @@ import contextlib
 from collections.abc import Collection
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
 from pathlib import Path
 
 from meshshard.dataset import Dataset
@@ -15,8 +17,8 @@ from meshshard_prep import staging
 from meshshard_prep.datasets.layout import Entry, RawDataset
 from meshshard_prep.jobs import ALGORITHM_VERSION, Job, make_job, rejection
 
-READERS = 8
-"""Threads that hash raw files: those wait for the disk or the network."""
+READERS, PART = 8, 32
+"""Threads that hash raw files, for those wait for the disk or the network; files that one takes at a time."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,9 +45,10 @@ def make_plan(dataset: RawDataset, out: Path, recipe: Recipe) -> Plan:
     staged = staging.staged(out)
     jobs, rejected = {}, {}
     entries = sorted(dataset.entries, key=lambda entry: entry.id)
+    parts = [entries[start : start + PART] for start in range(0, len(entries), PART)]
     with ThreadPoolExecutor(READERS) as threads:
-        found = threads.map(lambda entry: _job_or_rejection(entry, recipe), entries)
-        for entry, job in zip(entries, found, strict=True):
+        found = threads.map(lambda part: [_job_or_rejection(entry, recipe) for entry in part], parts)
+        for entry, job in zip(entries, chain.from_iterable(found), strict=True):
             if isinstance(job, Rejection):
                 rejected[entry.id] = job
                 continue
@@ -80,14 +83,21 @@ class Before:
     places: dict[str, tuple[Shard, int]]
     refused: dict[tuple[str, str, str], Rejection]
 
+    @cached_property
+    def _stored(self) -> frozenset[str]:
+        return frozenset(self.index.ids if self.index else ())
+
+    @cached_property
+    def _codes(self) -> dict[str, str]:
+        return {entry.id: entry.code for entry in (*self.index.refused, *self.index.failed)} if self.index else {}
+
     def reason(self, job: Job, recipe: Recipe, staged: Collection[str]) -> str:
         """Why a job is to be computed; empty where it is not."""
         if job.key in self.samples or job.key in staged:
             return ""
         index, name = self.index, job.entry.id
-        if index is None or name not in {*self.places, *index.ids}:
-            rejected = {entry.id: entry.code for entry in (*index.refused, *index.failed)} if index else {}
-            return f"not stored before: {rejected[name]}" if name in rejected else "new"
+        if index is None or name not in self._stored:
+            return f"not stored before: {self._codes[name]}" if name in self._codes else "new"
         if index.recipe != recipe:
             return "another recipe"
         if index.algorithm_version != ALGORITHM_VERSION:

@@ -98,15 +98,14 @@ class Sample:
     @property
     def digest(self) -> str:
         """sha256 over the arrays and numbers, not over names: two samples with one digest hold the same data."""
-        state = hashlib.sha256()
+        parts = []
         for name in DIGESTED:
             value = getattr(self, name)
             if value is not None:
                 array = np.ascontiguousarray(value)
-                state.update(f"{name} {array.dtype.str} {array.shape};".encode())
-                state.update(array.tobytes())
-        state.update(repr(sorted(self.diagnostics.items())).encode())
-        return state.hexdigest()
+                parts += [f"{name} {array.dtype.str} {array.shape};".encode(), array.tobytes()]
+        parts.append(repr(sorted(self.diagnostics.items())).encode())
+        return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
 DIGESTED = (

@@ -5,6 +5,7 @@ call, because starting it takes longer than computing a mesh.
 """
 
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -61,7 +62,7 @@ class Isolated:
         self._stderr.truncate()
         try:
             self._link.send((function, arguments, limits.memory))
-            if not self._link.poll(limits.seconds):
+            if not self._poll.poll(None if limits.seconds is None else 1000 * limits.seconds):
                 raise Lost("time-limit", f"it was stopped after {limits.seconds:g} s")
             kind, value = self._link.recv()
         except (EOFError, OSError):
@@ -98,6 +99,8 @@ class Isolated:
             start_new_session=True,  # Ctrl-C is for the parent
         )
         inner.close()
+        self._poll = select.poll()  # the connection's own would be made anew for every call
+        self._poll.register(self._link, select.POLLIN)
         self._end = weakref.finalize(self, _end, self._process, self._link, self._stderr)
 
     def _death(self) -> Lost:

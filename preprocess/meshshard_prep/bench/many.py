@@ -24,14 +24,14 @@ def many_meshes(count: int, workers: int = 2, scratch: Path | None = None) -> di
     """`meshshard features` on `count` generated meshes, in programs of its own, and a second time with all stored.
 
     `overhead`: workers times elapsed seconds, over the seconds that the meshes took themselves, minus one.
-    `peak_mb`: the highest resident memory of a process of each kind; `parent_mb`: of the parent after each tenth.
+    `peak_mb`: the highest resident memory of a process of each kind; `parent_mb`: of the parent, in the course of time.
     `scratch`: a folder for raw files and shards, by default the system's.
     """
     folder = Path(tempfile.mkdtemp(prefix="meshshard-bench-", dir=scratch))
     try:
         write_meshes(folder / "raw", count)
-        first, memory = _features(folder, workers, count)
-        second, _ = _features(folder, workers, count)
+        first, memory = _features(folder, workers)
+        second, _ = _features(folder, workers)
     finally:
         shutil.rmtree(folder)
     assert (first["stored"], second["computed"]) == (count, 0)
@@ -61,21 +61,23 @@ def write_meshes(folder: Path, count: int) -> None:
         (folder / f"{number:06}.obj").write_text(f"{lines}\n{face_lines}\n")
 
 
-def _features(folder: Path, workers: int, count: int) -> tuple[dict[str, Any], dict[str, Any]]:
+def _features(folder: Path, workers: int) -> tuple[dict[str, Any], dict[str, Any]]:
     words = ["features", str(folder / "raw"), "--out", str(folder / "out"), "--jobs", str(workers), "--json"]
     program = [sys.executable, "-m", "meshshard", *words]
     peaks: dict[str, float] = {}
-    parent: dict[int, float] = {}
+    parent: list[float] = []
     with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
         while process.poll() is None:
-            time.sleep(0.5)
+            time.sleep(1)
             for role, peak, resident in _memory_of_family(process.pid):
                 peaks[role] = max(peak, peaks.get(role, 0))
                 if role == "parent":
-                    done = len(list((folder / "out" / ".staging").glob("*.sample")))
-                    parent[10 * done // count] = resident
+                    parent.append(round(resident, 1))
         assert process.stdout is not None
-        return json.loads(process.stdout.read()), {"peak_mb": peaks, "parent_mb": parent}
+        return json.loads(process.stdout.read()), {
+            "peak_mb": peaks,
+            "parent_mb": parent[:: max(len(parent) // 10, 1)],
+        }
 
 
 def _memory_of_family(root: int) -> list[tuple[str, float, float]]:

@@ -4,6 +4,7 @@ import errno
 import hashlib
 import json
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -54,12 +55,12 @@ class Shard:
         return self._opened().algorithm_version
 
     def __len__(self) -> int:
-        return len(self._opened().meshes)
+        return len(self._opened().columns["id"])
 
     def __getitem__(self, row: int) -> Sample:
         content = self._opened()
         if not 0 <= row < len(content.meshes):
-            raise IndexError(f"{self.path} holds {len(self)} meshes, number {row} was asked for")
+            raise IndexError(f"{self.path} holds {len(content.meshes)} meshes, number {row} was asked for")
         values = content.meshes[row].copy()
         values["diagnostics"] = values["diagnostics"].copy()
         for pointer, arrays in content.arrays:
@@ -102,14 +103,18 @@ ADVICE = "run meshshard features again"
 @dataclass(frozen=True, kw_only=True)
 class _Content:
     """An open shard. What samples are made of is laid out once, so that making one costs next to nothing:
-    `meshes` are the values of each that are not cut out of long arrays; `arrays` are those, with their pointers."""
+    `meshes` are the values of each that are not cut out of long arrays, from the first sample on that is asked for;
+    `arrays` are those, with their pointers."""
 
     columns: dict[str, np.ndarray]
     recipe: Recipe
     classes: tuple[str, ...]
     algorithm_version: int
-    meshes: list[dict[str, Any]]
     arrays: list[tuple[list[int], list[tuple[str, np.ndarray]]]]
+
+    @cached_property
+    def meshes(self) -> list[dict[str, Any]]:
+        return _meshes(self.columns)
 
 
 def _checked(attributes: dict[str, Any], columns: dict[str, np.ndarray]) -> _Content:
@@ -139,7 +144,6 @@ def _checked(attributes: dict[str, Any], columns: dict[str, np.ndarray]) -> _Con
         recipe=recipe,
         classes=tuple(classes),
         algorithm_version=attributes["algorithm_version"],
-        meshes=_meshes(columns),
         arrays=[
             (columns[pointer].tolist(), [(f.name, columns[f.name]) for f in fields if f.name in columns])
             for fields, pointer in ((PER_VERTEX, "vertex_ptr"), (PER_FACE, "face_ptr"))

@@ -24,7 +24,7 @@ def many_meshes(count: int, workers: int = 2, scratch: Path | None = None) -> di
     """`meshshard features` on `count` generated meshes, in programs of its own, and a second time with all stored.
 
     `overhead`: workers times elapsed seconds, over the seconds that the meshes took themselves, minus one.
-    `peak_mb`: the highest resident memory of a process of each kind; `parent_mb`: of the parent, in the course of time.
+    `peak_mb`: the highest resident memory of a process of each kind; `parent_mb`: the parent's, over time.
     `scratch`: a folder for raw files and shards, by default the system's.
     """
     folder = Path(tempfile.mkdtemp(prefix="meshshard-bench-", dir=scratch))

@@ -1,5 +1,6 @@
 """Any folder of meshes. A label file may lie beside each mesh; train/, val/ and test/ on top are splits."""
 
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -28,13 +29,14 @@ def read_folder(
     beside = {} if single else {path: found for path in paths if (found := labels_beside(path))}
     names, table = class_table(list(beside.values()), classes, root)
     stems = [path.relative_to(base).with_suffix("").as_posix() for path in paths]
+    of_stem = Counter(stems)
     entries = []
     for path, stem in zip(paths, stems, strict=True):
         source = path.relative_to(base).as_posix()
         top = source.split("/")[0]
         entries.append(
             Entry(
-                id=stem if stems.count(stem) == 1 else source,
+                id=stem if of_stem[stem] == 1 else source,
                 path=path,
                 source=source,
                 split=top if top in SPLITS and top != source else "",

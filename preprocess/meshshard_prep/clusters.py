@@ -12,8 +12,7 @@ import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -90,7 +89,7 @@ def on_ray(task: Task, jobs: Sequence[Job], address: str | None) -> Iterator[Out
     flying = {}
 
     def submit(job: Job) -> None:
-        reference = run.remote(task, _with_whole_paths(job))
+        reference = run.remote(task, job)
         future = reference.future()
         flying[future] = reference
         future.add_done_callback(arrived.put)
@@ -165,22 +164,11 @@ class _Call:
     job: Job
 
     def __reduce__(self) -> tuple[Task, tuple[Job]]:
-        return self.task, (_with_whole_paths(self.job),)
+        return self.task, (self.job,)
 
 
 def _run(task: Task, job: Job) -> Outcome:
     return task(job)
-
-
-def _with_whole_paths(job: Job) -> Job:
-    """Workers run in folders of their own. The file's name stays, also that of a link."""
-    entry = job.entry
-    labels = None if entry.labels is None else _whole(entry.labels)
-    return replace(job, entry=replace(entry, path=_whole(entry.path), labels=labels))
-
-
-def _whole(path: Path) -> Path:
-    return path.parent.resolve() / path.name
 
 
 def _start_ray(address: str | None) -> None:

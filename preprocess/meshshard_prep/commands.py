@@ -295,7 +295,7 @@ def _print_report(report: "Report", folder: Path, as_json: bool) -> None:
     from meshshard_prep.status import stored
 
     if as_json:
-        seconds = {"seconds": report.seconds, "mesh_seconds": report.mesh_seconds}
+        seconds = {"seconds": report.seconds, "mesh_seconds": report.mesh_seconds, "removed": list(report.removed)}
         typer.echo(to_json(stored(folder) | {"computed": report.computed} | seconds))
         return
     index = report.index
@@ -306,3 +306,5 @@ def _print_report(report: "Report", folder: Path, as_json: bool) -> None:
         f"{index.dataset}: {len(index.ids)} stored ({report.computed} new), {len(index.refused)} refused, "
         f"{len(index.failed)} failed, in {report.seconds:.1f} s -> {folder}"
     )
+    if report.removed:
+        typer.echo(f"{len(report.removed)} removed, for there is no raw file any more, as {report.removed[0]}")

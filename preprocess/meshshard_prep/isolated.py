@@ -15,6 +15,7 @@ from meshshard.errors import MeshshardError
 
 STATM = Path("/proc/self/statm")
 PR_SET_PDEATHSIG = 1
+MOST_BYTES_OF_A_FILE = 2**32
 
 
 def die_with(parent: int) -> None:
@@ -39,6 +40,8 @@ def limit_memory(more: int | None) -> None:
 def serve(link: Connection) -> None:
     """Answer calls until the pipe closes. An answer is its kind and a value: the result, an error that was raised
     on purpose, or the words of one that was not."""
+    # what a library prints goes to a file of this process: it must not fill the disk
+    resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_BYTES_OF_A_FILE, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
     while True:
         try:
             function, arguments, memory = link.recv()

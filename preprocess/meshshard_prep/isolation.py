@@ -19,6 +19,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import IO, Any, TypeVar
 
+from meshshard.errors import UsageError
+
 Result = TypeVar("Result")
 
 
@@ -28,6 +30,11 @@ class Limits:
 
     seconds: float | None = 600.0
     memory: int | None = 8 * 10**9
+
+    def __post_init__(self) -> None:
+        for what, value, most in (("time", self.seconds, 10**6), ("memory", self.memory, 10**15)):
+            if value is not None and not 0 < value <= most:
+                raise UsageError(f"the {what} limit is above 0 and at most {most:.0e}, or none, not {value}")
 
 
 class Lost(Exception):
@@ -52,12 +59,11 @@ class Isolated:
         """`function(*arguments)` over there. `function` is a module's own, arguments and result are pickled.
 
         Errors of meshshard's are raised here too. Lost: the process crashed, took too long, too much memory, or the
-        function raised anything else.
+        function raised anything else. UsageError: no process can be started, or it cannot warm up.
         """
         if self._process is None:
             self._start()
-            if self.warm_up is not None:
-                self.call(self.warm_up[0], *self.warm_up[1], limits=Limits(seconds=None, memory=None))
+            self._warm_up()
         self._stderr.seek(0)  # the position is shared with the idle process: what it writes is about this call
         self._stderr.truncate()
         try:
@@ -79,7 +85,30 @@ class Isolated:
             raise Lost("memory-limit", f"it needs more memory than allowed; {value or 'an allocation failed'}")
         raise Lost("error", value)
 
+    def _warm_up(self) -> None:
+        if self.warm_up is None:
+            return
+        function, arguments = self.warm_up
+        try:
+            self.call(function, *arguments, limits=Limits(seconds=None, memory=None))
+        except BaseException as error:
+            self.stop()  # else the next call would find it cold
+            if isinstance(error, Lost):
+                raise UsageError(
+                    f"nothing can be computed here: {error}; look at the installation of meshshard[preprocess]"
+                ) from error
+            raise
+
     def _start(self) -> None:
+        try:
+            self._spawn()
+        except OSError as error:
+            raise UsageError(
+                f"a process cannot be started: {error.strerror}; take fewer --jobs, or look at the space in "
+                f"{tempfile.gettempdir()} and the limits of processes and open files"
+            ) from error
+
+    def _spawn(self) -> None:
         self._link, inner = Pipe()
         self._stderr = tempfile.TemporaryFile()  # noqa: SIM115  closed by _end
         environment = os.environ | {
@@ -106,12 +135,17 @@ class Isolated:
     def _death(self) -> Lost:
         """Why the process is no more, from its exit status and the last line it wrote."""
         assert self._process is not None
-        status = self._process.wait()
-        self._stderr.seek(0)
-        lines = self._stderr.read()[-10_000:].decode(errors="replace").split("\n")
+        try:
+            status = self._process.wait(timeout=1)
+        except subprocess.TimeoutExpired:  # it closed its end of the pipe, and goes on
+            self._process.kill()
+            status = self._process.wait()
+        self._stderr.seek(max(self._stderr.seek(0, os.SEEK_END) - 10_000, 0))
+        lines = self._stderr.read().decode(errors="replace").split("\n")
         last = next((line.strip()[:200] for line in reversed(lines) if line.strip()), "")
         self.stop()
-        how = f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
+        names = {number.value: number.name for number in signal.Signals}
+        how = f"signal {names.get(-status, -status)}" if status < 0 else f"exit status {status}"
         cause = f"its process ended with {how}" + (f", after the words: {last}" if last else "")
         return Lost("memory-limit" if "bad_alloc" in last or "MemoryError" in last else "crashed", cause)
 

@@ -1,6 +1,6 @@
 """Entries to jobs: what a mesh is made of, by hash. Its key names its sample: same key, same numbers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ from meshshard.errors import InvalidMesh
 from meshshard.files import sha256_of
 from meshshard.index import Rejection
 from meshshard.recipe import Recipe
+from meshshard.remote import RemotePath
 from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.formats import read_file, sha256_of_input
 
@@ -50,7 +51,13 @@ def make_job(entry: Entry, recipe: Recipe) -> Job:
     mesh_sha256 = sha256_of_input(entry.path, entry.source)
     labels = label_file(entry)
     labels_sha256 = None if labels is None else sha256_of_input(labels, labels.name)
+    entry = replace(entry, path=_whole(entry.path), labels=None if labels is None else _whole(labels))
     return Job(entry=entry, source_sha256=mesh_sha256, key=key_of(entry, mesh_sha256, labels_sha256, recipe))
+
+
+def _whole(path: Path) -> Path:
+    """Workers may run in another folder."""
+    return path if isinstance(path, RemotePath) else path.absolute()
 
 
 def key_of(entry: Entry, mesh_sha256: str, labels_sha256: str | None, recipe: Recipe) -> str:

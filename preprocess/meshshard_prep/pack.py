@@ -12,9 +12,10 @@ from meshshard.sample import Sample
 from meshshard.schema import FIELDS
 from meshshard.writer import shard_image
 from meshshard_prep import staging
+from meshshard_prep.before import Before
 from meshshard_prep.datasets.layout import RawDataset
 from meshshard_prep.jobs import ALGORITHM_VERSION, Job
-from meshshard_prep.plan import Before, Plan
+from meshshard_prep.plan import Plan
 from meshshard_prep.splits import assign_splits
 from meshshard_prep.work import Outcome
 
@@ -120,7 +121,7 @@ def publish_dataset(
         keys=tuple(job.key for job in jobs),
         splits=tuple(splits[job.entry.id] for job in jobs),
         split_seed=split_seed,
-        val_fraction=val_fraction,
+        val_fraction=float(val_fraction),
         refused=tuple(entry for entry in rejected if entry.code not in FAILURES),
         failed=tuple(entry for entry in rejected if entry.code in FAILURES),
     )
@@ -136,11 +137,11 @@ def publish_dataset(
 
 def _unchanged(index: Index, before: Before, jobs: list[Job], classes: tuple[str, ...]) -> bool:
     """The shards hold these samples already, under these names, and no others."""
-    if classes != index.classes:
+    if classes != index.classes or [job.key for job in jobs] != list(index.keys):
         return False
-    if [job.key for job in jobs] != list(index.keys) or any(job.key not in before.samples for job in jobs):
+    if [job.entry.id for job in jobs] != list(index.ids) or any(name not in before.places for name in index.ids):
         return False
-    rows = (before.samples[job.key] for job in jobs)
+    rows = (before.places[job.entry.id] for job in jobs)
     return all(
         all(shard.columns[name][row] == value for name, value in job.names().items())
         for job, (shard, row) in zip(jobs, rows, strict=True)

@@ -17,19 +17,20 @@ from meshshard_prep.ground import common_ground
 from meshshard_prep.isolation import Limits
 from meshshard_prep.jobs import Job, rejection
 from meshshard_prep.pack import Packer, publish_dataset
-from meshshard_prep.plan import Before, make_plan
+from meshshard_prep.plan import Plan, make_plan
 from meshshard_prep.work import Outcome, Task, compute
 
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
     """What a run came to. `computed` of the stored samples are new; in = stored + refused + failed.
-    `mesh_seconds`: what computing took, summed over the meshes."""
+    `mesh_seconds`: what computing took, summed over the meshes; `removed`: stored before, without a raw file now."""
 
     index: Index
     computed: int
     seconds: float
     mesh_seconds: float
+    removed: tuple[str, ...]
 
     @property
     def ok(self) -> bool:
@@ -55,14 +56,14 @@ def run(
     `jobs`: workers on this machine, -1 for one a core; `engine` takes their place. `limits`: of each mesh.
     `compute`: what the isolated processes do. `progress(done, total, rejected)` is called after each computed mesh.
     A mesh that breaks a rule, or breaks its process, is in the report; the rest is stored. UsageError: two entries
-    have one id, another run holds `out`, or `out` holds another data set.
+    have one id, another run holds `out`, `out` holds another data set, or the machine is at fault and no mesh: then
+    what was published before stays as it is.
     """
     start = time.perf_counter()
-    check_ids(dataset)
     with lock_folder(out):
         staging.prepare(out)
         plan = make_plan(dataset, out, recipe)
-        check_owner(plan.before, dataset, out)
+        _check_unreadable(plan)
         packer = Packer(out, plan, recipe, dataset.classes)
         todo = [plan.jobs[name] for name in plan.todo]
         mesh_seconds = 0.0
@@ -82,27 +83,20 @@ def run(
         computed=sum(job.entry.id not in packer.rejected for job in todo),
         seconds=time.perf_counter() - start,
         mesh_seconds=mesh_seconds,
+        removed=plan.gone,
     )
 
 
-def check_ids(dataset: RawDataset) -> None:
-    """UsageError: two entries have one id."""
-    seen: dict[str, str] = {}
-    for entry in dataset.entries:
-        if entry.id in seen:
-            raise UsageError(f"two meshes have the id {entry.id!r}: {seen[entry.id]} and {entry.source}")
-        seen[entry.id] = entry.source
-
-
-def check_owner(before: Before, dataset: RawDataset, out: Path) -> None:
-    """A folder of shards is not made into another data set: what it holds would be removed."""
-    if before.index is None or not before.index.ids:
-        return
-    same = set(before.index.ids) & {entry.id for entry in dataset.entries}
-    if before.index.dataset != dataset.name or not same:
+def _check_unreadable(plan: Plan) -> None:
+    """What is stored is dropped when its file is gone or differs, not when the disk or the network fails."""
+    stored = plan.before.index.ids if plan.before.index else ()
+    lost = [
+        plan.rejected[name] for name in stored if name in plan.rejected and plan.rejected[name].code == "unreadable"
+    ]
+    if lost:
         raise UsageError(
-            f"{out} holds the data set {before.index.dataset!r} of {len(before.index.ids)} meshes, and this is "
-            f"{dataset.name!r}, with {len(same)} of them; give another --out, or delete that folder first"
+            f"{len(lost)} meshes are stored whose raw files cannot be read now; mend that, or take the files away. "
+            f"The first: {lost[0].message}"
         )
 
 

@@ -5,6 +5,7 @@ Shards would do, but writing and reading those takes longer than computing a sma
 """
 
 import json
+from contextlib import suppress
 from dataclasses import fields
 from math import prod
 from pathlib import Path
@@ -56,10 +57,12 @@ def get(path: Path) -> Sample:
 
 
 def clear(folder: Path) -> None:
-    """Remove the staging folder, after what it held was published."""
+    """Remove the staging folder, after what it held was published. A worker that was lost may still write: the next
+    run removes that."""
     for path in (folder / FOLDER).glob("*"):
-        path.unlink()
-    (folder / FOLDER).rmdir()
+        path.unlink(missing_ok=True)
+    with suppress(OSError):
+        (folder / FOLDER).rmdir()
 
 
 def prepare(folder: Path) -> None:

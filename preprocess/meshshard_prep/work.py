@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from meshshard.errors import InvalidMesh
+from meshshard.errors import InvalidMesh, UsageError
 from meshshard.files import sha256_of
 from meshshard.index import Rejection
 from meshshard.recipe import Recipe
+from meshshard.sample import Sample
 from meshshard_prep import staging
 from meshshard_prep.ground import Ground, check_ground
 from meshshard_prep.isolation import Limits, Lost, isolated
@@ -73,11 +74,21 @@ def compute(job: Job, out: Path, recipe: Recipe) -> Outcome:
             refusal = rejection(job.entry, "changed", message, "")
         else:
             sample = compute_sample(job.entry, mesh, labels, recipe)
-            staged = staging.put(out, replace(sample, key=job.key, **job.names()))
+            staged = _put(out, replace(sample, key=job.key, **job.names()))
     except InvalidMesh as error:
         key = "" if error.code == "unreadable" else job.key  # a network comes back: the next run tries again
         refusal = rejection(job.entry, error.code, str(error), key)
     return Outcome(id=job.entry.id, seconds=time.perf_counter() - start, staged=staged, rejection=refusal)
+
+
+def _put(out: Path, sample: Sample) -> str:
+    try:
+        return staging.put(out, sample)
+    except OSError as error:  # no fault of the mesh
+        raise UsageError(
+            f"{out} cannot be written to: {error.strerror}; what is done is kept: mend that, and the same command "
+            "goes on from there"
+        ) from error
 
 
 def warm_up(recipe: Recipe) -> None:

@@ -1,5 +1,6 @@
 """The program `meshshard`. Verbs are found through the entry points `meshshard.commands`, each loaded when called."""
 
+import contextlib
 import sys
 from importlib.metadata import entry_points
 from typing import Any
@@ -75,6 +76,7 @@ def program() -> None:
 
 def main() -> None:
     """Run the program; an expected error is a sentence on standard error and exit status 2."""
+    _allow_open_files()
     try:
         app()
     except MeshshardError as error:
@@ -88,6 +90,16 @@ def main() -> None:
         if extra is None:
             raise
         _fail(f"this command needs {module}, which comes with: pip install 'meshshard[{extra}]'")
+
+
+def _allow_open_files() -> None:
+    """As many as the system permits: a data set holds one for each of its shards."""
+    if sys.platform != "win32":
+        import resource
+
+        hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+        with contextlib.suppress(ValueError, OSError):  # not on every system up to there
+            resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
 
 
 def _fail(message: str) -> None:

@@ -70,12 +70,21 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / LOCK_NAME).open("a+") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise UsageError(
-                f"another run is writing to {folder}: {holder(folder)}; wait for it, or choose another folder"
-            ) from None
+        for again in (True, True, False):
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError:
+                who = holder(folder)
+                if who or not again:
+                    raise UsageError(
+                        f"another run is writing to {folder}: {who}; wait for it, or choose another folder"
+                    ) from None
+                time.sleep(0.1)  # somebody only asked who holds it
+            except OSError as error:
+                raise UsageError(
+                    f"{folder}: its file system cannot lock files ({error.strerror}); choose a folder on another one"
+                ) from error
         file.truncate(0)
         file.write(f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%Y-%m-%d %H:%M:%S')}")
         file.flush()

@@ -224,6 +224,7 @@ def _heap_ids(data: mmap, address: int) -> Iterator[tuple[int, int]]:
         raise InvalidShard("its root group has too many links")
     if root == UNDEFINED:
         return
+    most = (node_size - 10) // record_size
     leaves = [(root, count)]
     if depth == 1:
         node = _Cursor(data, root)
@@ -231,6 +232,8 @@ def _heap_ids(data: mmap, address: int) -> Iterator[tuple[int, int]]:
         records = node.take(11 * count)
         leaves = [(node.number(8), node.number(1)) for _ in range(count + 1)]
         yield from _ids(records)
+    if max(count if depth else 0, *(number for _, number in leaves)) > most or len(set(leaves)) < len(leaves):
+        raise InvalidShard("a node of its tree of links has more records than room, or is there twice")
     for place, number in leaves:
         leaf = _Cursor(data, place)
         leaf.expect(b"BTLF\x00\x05", "a leaf of the tree of links")

@@ -44,7 +44,7 @@ class ShardEntry:
 
 @dataclass(frozen=True, kw_only=True)
 class Rejection:
-    """A mesh that is not stored: refused by a rule (`code` of errors.REFUSALS), or failed (code "failed")."""
+    """A mesh that is not stored: refused by a rule or failed: `code` of errors.REFUSALS or FAILURES."""
 
     id: str
     source: str

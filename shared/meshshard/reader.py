@@ -80,8 +80,9 @@ class Shard:
             except InvalidShard as error:
                 raise InvalidShard(f"{self.path}: {error}") from error
             except OSError as error:
-                advice = "raise the limit: ulimit -n 8192" if error.errno == errno.EMFILE else ADVICE
-                raise InvalidShard(f"{self.path}: the shard cannot be read: {error.strerror}; {advice}") from error
+                if error.errno in (errno.EMFILE, errno.ENFILE):  # no fault of the shard
+                    raise UsageError(f"{self.path}: {error.strerror}; raise the limit: ulimit -n 65536") from error
+                raise InvalidShard(f"{self.path}: the shard cannot be read: {error.strerror}; {ADVICE}") from error
         return self._content
 
     def _open(self) -> "_Content":
@@ -97,7 +98,7 @@ class Shard:
         return _checked(attributes, columns)
 
 
-ADVICE = "run meshshard features again"
+ADVICE = "open the data set again if it was computed anew, else run meshshard features again"
 
 
 @dataclass(frozen=True, kw_only=True)

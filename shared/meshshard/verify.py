@@ -32,6 +32,13 @@ def verify(folder: Path, *, full: bool = False) -> list[str]:
 
 
 def _shard_findings(path: Path, entry: ShardEntry) -> Iterator[str]:
+    try:
+        yield from _file_findings(path, entry)
+    except OSError as error:
+        yield f"{path}: it cannot be read: {error.strerror}"
+
+
+def _file_findings(path: Path, entry: ShardEntry) -> Iterator[str]:
     if not path.is_file():
         yield f"{path}: the index names this shard and it is not there"
     elif (size := path.stat().st_size) != entry.bytes:

@@ -178,7 +178,8 @@ def test_a_damaged_folder_is_made_again(raw, tmp_path, what):
     else:
         path.write_bytes(data[:100] if what == "cut" else data)
     assert verify(out)
-    assert go(raw, out).computed == 10
+    # a damaged index costs nothing: shards say themselves what they hold
+    assert go(raw, out).computed == (0 if what == "index" else 10)
     assert tree(out) == before
 
 

@@ -12,7 +12,6 @@ from shapes import FAMILY, bumpy, sphere, write_labels, write_obj
 from meshshard.files import lock_folder
 from meshshard.index import read_index
 from meshshard.recipe import RECIPES
-from meshshard_prep import plan as plan_module
 from meshshard_prep import status
 from meshshard_prep.datasets import read_dataset
 from meshshard_prep.estimate import estimate
@@ -76,7 +75,7 @@ def test_versions_recipes_and_damage_are_reasons(raw, tmp_path, monkeypatch):
     assert set(make_plan(read_dataset(str(raw)), out, other).todo.values()) == {"another recipe"}
     with monkeypatch.context() as patch:
         patch.setattr("meshshard_prep.jobs.ALGORITHM_VERSION", 99)
-        patch.setattr(plan_module, "ALGORITHM_VERSION", 99)
+        patch.setattr("meshshard_prep.before.ALGORITHM_VERSION", 99)
         reasons = set(make_plan(read_dataset(str(raw)), out, PAPER).todo.values())
         assert [re.sub(r"\d", "N", reason) for reason in reasons] == ["algorithm version N, now NN"]
     shard = out / read_index(out).shards[0].file

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from meshshard.errors import UsageError
 from meshshard_prep.bench.measure import blob
 
 VERTICES = 252
@@ -66,18 +67,18 @@ def _features(folder: Path, workers: int) -> tuple[dict[str, Any], dict[str, Any
     program = [sys.executable, "-m", "meshshard", *words]
     peaks: dict[str, float] = {}
     parent: list[float] = []
-    with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+    output = folder / "output.json"
+    with output.open("w") as file, subprocess.Popen(program, stdout=file, stderr=subprocess.DEVNULL) as process:
         while process.poll() is None:
             time.sleep(1)
             for role, peak, resident in _memory_of_family(process.pid):
                 peaks[role] = max(peak, peaks.get(role, 0))
                 if role == "parent":
                     parent.append(round(resident, 1))
-        assert process.stdout is not None
-        return json.loads(process.stdout.read()), {
-            "peak_mb": peaks,
-            "parent_mb": parent[:: max(len(parent) // 10, 1)],
-        }
+    if process.returncode != 0:
+        raise UsageError(f"meshshard {' '.join(words)}: exit status {process.returncode}")
+    course = parent[:: max(len(parent) // 10, 1)]
+    return json.loads(output.read_text()), {"peak_mb": peaks, "parent_mb": course}
 
 
 def _memory_of_family(root: int) -> list[tuple[str, float, float]]:

@@ -2,6 +2,7 @@
 
 import codecs
 import contextlib
+import errno
 import hashlib
 import io
 import re
@@ -9,7 +10,7 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-from meshshard.errors import InvalidMesh
+from meshshard.errors import InvalidMesh, UsageError
 from meshshard_prep.formats.obj import STATEMENTS, parse_obj
 from meshshard_prep.formats.off import is_off, parse_off
 from meshshard_prep.formats.ply import is_ply, parse_ply
@@ -90,6 +91,8 @@ def _opened(path: Path, place: str) -> Iterator[io.BufferedReader]:
         with path.open("rb") as file:
             yield file
     except OSError as error:
+        if error.errno in (errno.EMFILE, errno.ENFILE):  # no fault of the file
+            raise UsageError(f"{place}: {error.strerror}; raise the limit: ulimit -n 65536") from error
         raise refusal("unreadable", rule, f"the system says {error.strerror!r}", place, advice) from error
 
 

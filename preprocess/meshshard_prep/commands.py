@@ -105,7 +105,7 @@ def features(
     raw_dataset = _raw_dataset(dataset, raw, no_labels, make=not dry_run)
     folder = out or FEATURES / raw_dataset.name / settings.name
     if dry_run:
-        _tell_plan(raw_dataset, folder, settings, jobs, as_json)
+        _tell_plan(raw_dataset, folder, settings, jobs if backend == "loky" else 1, as_json)
         return
     try:
         with progress(raw_dataset.name) as tell:

@@ -1,13 +1,14 @@
 """What `status` and `features --dry-run` tell, as tables for JSON and as text."""
 
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import joblib
 
 from meshshard.files import holder
-from meshshard.index import INDEX_NAME, read_index
+from meshshard.index import INDEX_NAME, Rejection, read_index
 from meshshard.recipe import Recipe
 from meshshard.remote import RemotePath
 from meshshard_prep import staging
@@ -29,10 +30,7 @@ def stored(folder: Path) -> dict[str, Any]:
             "failed": len(index.failed),
             "shards": len(index.shards),
             "bytes": sum(entry.bytes for entry in index.shards),
-            "rejected": [
-                {"id": entry.id, "code": entry.code, "message": entry.message}
-                for entry in (*index.refused, *index.failed)
-            ],
+            "rejected": _listed((*index.refused, *index.failed)),
         }
     held_by = "" if isinstance(folder, RemotePath) else holder(folder)  # a lock that was copied is none
     return table | {"waiting": len(staging.staged(folder)), "held_by": held_by}
@@ -51,9 +49,7 @@ def planned(dataset: RawDataset, folder: Path, recipe: Recipe, *, workers: int |
         "gone": list(plan.gone),
         "reasons": dict(Counter(plan.todo.values())),
         "to_compute": plan.todo,
-        "rejected": [
-            {"id": entry.id, "code": entry.code, "message": entry.message} for entry in plan.rejected.values()
-        ],
+        "rejected": _listed(plan.rejected.values()),
     }
     if workers is not None:
         estimated = estimate([plan.jobs[name] for name in plan.todo], recipe)
@@ -65,6 +61,10 @@ def planned(dataset: RawDataset, folder: Path, recipe: Recipe, *, workers: int |
             "trials": estimated.trials,
         }
     return table
+
+
+def _listed(entries: Iterable[Rejection]) -> list[dict[str, str]]:
+    return [{"id": entry.id, "code": entry.code, "message": entry.message} for entry in entries]
 
 
 def as_text(table: dict[str, Any], missing: str) -> str:
@@ -88,7 +88,7 @@ def plan_as_text(table: dict[str, Any]) -> str:
     lines += [f"  {entry['message']}" for entry in table["rejected"]]
     if "seconds" in table:
         lines.append(
-            f"about {table['seconds']:.1f} s with {table['workers']} workers and {table['bytes'] / 1e6:.1f} MB of "
+            f"about {table['seconds']:.1f} s with --jobs {table['workers']} and {table['bytes'] / 1e6:.1f} MB of "
             f"shards, judged by {table['trials']} meshes computed for the purpose; nothing was written"
         )
     return "\n".join(lines)

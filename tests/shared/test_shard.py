@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from samples import PAPER, sample
 
-from meshshard.errors import InvalidShard
+from meshshard.errors import InvalidShard, UsageError
 from meshshard.files import sha256_of
 from meshshard.reader import Shard
 from meshshard.sample import Sample
@@ -129,12 +129,12 @@ def test_what_is_no_file_is_refused_without_waiting_for_it(tmp_path):
             Shard(path)[0]
 
 
-def test_too_many_open_files_are_named(shard_file, monkeypatch):
+def test_too_many_open_files_are_no_damage(shard_file, monkeypatch):
     def full(*_, **__):
         raise OSError(errno.EMFILE, "Too many open files")
 
     monkeypatch.setattr("meshshard.reader.open_regular", full)
-    with pytest.raises(InvalidShard, match="Too many open files; raise the limit: ulimit -n"):
+    with pytest.raises(UsageError, match="Too many open files; raise the limit: ulimit -n"):
         Shard(shard_file)[0]
 
 

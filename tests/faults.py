@@ -58,7 +58,7 @@ def unpicklable():
 
 FAULTS = {
     "segfault": (segfault, "crashed", "signal SIGSEGV"),
-    "kill": (kill, "crashed", "signal SIGKILL"),
+    "kill": (kill, "killed", "signal SIGKILL"),
     "leave": (leave, "crashed", "exit status 3"),
     "system_exit": (system_exit, "error", "SystemExit: a library thinks it is a program"),
     "memory_error": (memory_error, "memory-limit", "more memory than allowed; no more"),

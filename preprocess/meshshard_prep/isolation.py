@@ -93,7 +93,7 @@ class Isolated:
             self.call(function, *arguments, limits=Limits(seconds=None, memory=None))
         except BaseException as error:
             self.stop()  # else the next call would find it cold
-            if isinstance(error, Lost):
+            if isinstance(error, Lost) and error.code != "killed":
                 raise UsageError(
                     f"nothing can be computed here: {error}; look at the installation of meshshard[preprocess]"
                 ) from error
@@ -147,6 +147,8 @@ class Isolated:
         names = {number.value: number.name for number in signal.Signals}
         how = f"signal {names.get(-status, -status)}" if status < 0 else f"exit status {status}"
         cause = f"its process ended with {how}" + (f", after the words: {last}" if last else "")
+        if status == -signal.SIGKILL:
+            return Lost("killed", cause)
         return Lost("memory-limit" if "bad_alloc" in last or "MemoryError" in last else "crashed", cause)
 
     def stop(self) -> None:

@@ -44,8 +44,9 @@ class Task:
     ground: Ground
 
     def __call__(self, job: Job) -> Outcome:
-        """Compute one mesh. A crash is tried once more, in a new process: what killed the first one, such as the
-        system being out of memory, may not have been this mesh. UsageError: this worker differs from the run."""
+        """Compute one mesh. Where the process died it is tried once more, in a new one: what killed the first, such
+        as the system being out of memory, may not have been this mesh. UsageError: the machine is at fault, or this
+        worker differs from the run."""
         check_ground(self.ground)
         start = time.perf_counter()
         process = isolated(warm_up, self.recipe)
@@ -53,8 +54,9 @@ class Task:
             try:
                 return process.call(self.compute, job, self.out, self.recipe, limits=self.limits)
             except Lost as lost:
-                if lost.code != "crashed" or last_try:
-                    cause = f"{lost.cause}, twice" if lost.code == "crashed" else lost.cause
+                died = lost.code in ("crashed", "killed")
+                if last_try or not died:
+                    cause = f"{lost.cause}, twice" if died else lost.cause
                     message = f"{job.entry.source}: {cause} [{lost.code}]"
                     refusal = rejection(job.entry, lost.code, message, "")
                     break

@@ -32,7 +32,8 @@ REFUSALS = {
 """Stable code of every refusal -> what it means. docs/refusals.md is checked against this table."""
 
 FAILURES = {
-    "crashed": "The process that computed the mesh died, and a second one too: a fault in a library, or a kill.",
+    "crashed": "The process that computed the mesh died, and a second one too: a fault in a library.",
+    "killed": "The process that computed the mesh was killed, and a second one too: often the system had no memory.",
     "time-limit": "Computing took longer than --time-limit.",
     "memory-limit": "Computing needs more memory than --memory-limit.",
     "error": "The program raised an error that it should not.",

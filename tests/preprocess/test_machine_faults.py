@@ -94,6 +94,20 @@ def test_libraries_that_cannot_be_loaded_end_the_run():
             process.call(len, "abc", limits=Limits())
 
 
+def kill_once(flag):
+    if not flag.exists():
+        flag.touch()
+        os.kill(os.getpid(), 9)
+
+
+def test_a_kill_while_libraries_load_is_none_of_theirs(tmp_path):
+    process = Isolated()
+    process.warm_up = kill_once, (tmp_path / "flag",)
+    with pytest.raises(Lost, match="SIGKILL"):
+        process.call(len, "abc", limits=Limits())
+    assert process.call(len, "abc", limits=Limits()) == 3
+
+
 def linger():
     """Close the pipe, and go on."""
     os.closerange(3, 100)

@@ -26,7 +26,8 @@ class Before:
     refused: dict[tuple[str, str, str], Rejection]
 
     @cached_property
-    def _stored(self) -> frozenset[str]:
+    def stored(self) -> frozenset[str]:
+        """Ids of the index."""
         return frozenset(self.index.ids if self.index else ())
 
     @cached_property
@@ -38,7 +39,7 @@ class Before:
         if job.key in self.samples or job.key in staged:
             return ""
         index, name = self.index, job.entry.id
-        if index is None or name not in self._stored:
+        if index is None or name not in self.stored:
             return f"not stored before: {self._codes[name]}" if name in self._codes else "new"
         if index.recipe != recipe:
             return "another recipe"

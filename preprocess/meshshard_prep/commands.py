@@ -1,5 +1,6 @@
 """The verbs of the offline half: datasets, features, status, doctor, bench."""
 
+from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -98,6 +99,8 @@ def features(
 
     if not 0 <= val_fraction < 1:
         raise UsageError(f"--val-fraction is at least 0 and below 1, not {val_fraction}")
+    if not memory_limit <= 10**6:
+        raise UsageError(f"--memory-limit is a number of GB, at most a million, not {memory_limit}")
     if jobs == 0:
         raise UsageError("--jobs is the number of workers, or -1 for one a core; it cannot be 0")
     engine = find_engine(backend, address, jobs)
@@ -114,7 +117,7 @@ def features(
                 folder,
                 settings,
                 engine=engine,
-                limits=Limits(seconds=time_limit or None, memory=round(memory_limit * 1e9) or None),
+                limits=Limits(seconds=time_limit or None, memory=ceil(memory_limit * 1e9) or None),
                 val_fraction=val_fraction,
                 split_seed=split_seed,
                 progress=tell,

@@ -41,7 +41,9 @@ def serve(link: Connection) -> None:
     """Answer calls until the pipe closes. An answer is its kind and a value: the result, an error that was raised
     on purpose, or the words of one that was not."""
     # what a library prints goes to a file of this process: it must not fill the disk
-    resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_BYTES_OF_A_FILE, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    if soft == resource.RLIM_INFINITY:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_BYTES_OF_A_FILE, hard))
     while True:
         try:
             function, arguments, memory = link.recv()

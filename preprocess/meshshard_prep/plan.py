@@ -58,9 +58,7 @@ def make_plan(dataset: RawDataset, out: Path, recipe: Recipe) -> Plan:
         for name, job in jobs.items()
         if name not in rejected and (reason := before.reason(job, recipe, staged))
     }
-    stored = before.index.ids if before.index else ()
-    ids = {entry.id for entry in entries}
-    gone = tuple(name for name in stored if name not in ids)
+    gone = tuple(sorted(before.stored - {entry.id for entry in entries}))
     return Plan(before=before, jobs=jobs, rejected=rejected, todo=todo, gone=gone)
 
 

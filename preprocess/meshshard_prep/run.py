@@ -1,14 +1,14 @@
 """All meshes of a data set to a folder of shards: plan, map, publish. Read `pipeline.py` for one mesh."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from meshshard.errors import UsageError
 from meshshard.files import lock_folder
-from meshshard.index import Index
+from meshshard.index import Index, Rejection
 from meshshard.recipe import Recipe
 from meshshard_prep import staging
 from meshshard_prep.datasets.layout import RawDataset
@@ -63,7 +63,7 @@ def run(
     with lock_folder(out):
         staging.prepare(out)
         plan = make_plan(dataset, out, recipe)
-        _check_unreadable(plan)
+        _check_unreadable(plan, plan.rejected.values())
         packer = Packer(out, plan, recipe, dataset.classes)
         todo = [plan.jobs[name] for name in plan.todo]
         mesh_seconds = 0.0
@@ -72,6 +72,8 @@ def run(
             outcomes = _map(task, todo, engine or partial(on_this_machine, workers=jobs))
             for done, outcome in enumerate(outcomes, start=1):
                 mesh_seconds += outcome.seconds
+                if outcome.rejection is not None:
+                    _check_unreadable(plan, [outcome.rejection])
                 packer.take(outcome)
                 if progress:
                     progress(done, len(todo), len(packer.rejected))
@@ -87,12 +89,9 @@ def run(
     )
 
 
-def _check_unreadable(plan: Plan) -> None:
+def _check_unreadable(plan: Plan, rejected: Iterable[Rejection]) -> None:
     """What is stored is dropped when its file is gone or differs, not when the disk or the network fails."""
-    stored = plan.before.index.ids if plan.before.index else ()
-    lost = [
-        plan.rejected[name] for name in stored if name in plan.rejected and plan.rejected[name].code == "unreadable"
-    ]
+    lost = [entry for entry in rejected if entry.code == "unreadable" and entry.id in plan.before.stored]
     if lost:
         raise UsageError(
             f"{len(lost)} meshes are stored whose raw files cannot be read now; mend that, or take the files away. "

@@ -69,6 +69,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
     import fcntl  # POSIX only: who only reads shards never locks, and may do so anywhere
 
     folder.mkdir(parents=True, exist_ok=True)
+    _check_lock(folder)
     with (folder / LOCK_NAME).open("a+") as file:
         for again in (True, True, False):
             try:
@@ -93,10 +94,17 @@ def lock_folder(folder: Path) -> Iterator[None]:
         yield
 
 
+def _check_lock(folder: Path) -> None:
+    path = folder / LOCK_NAME
+    if path.exists() and not path.is_file():
+        raise UsageError(f"{path} is no regular file, and a run locks it; delete it")
+
+
 def holder(folder: Path) -> str:
     """Who holds a folder with `lock_folder`: process, machine, since when; empty if nobody does."""
     import fcntl
 
+    _check_lock(folder)
     try:
         with (folder / LOCK_NAME).open() as file:
             try:

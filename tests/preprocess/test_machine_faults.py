@@ -181,3 +181,45 @@ def test_the_program_says_what_it_removed(world):
     words = [sys.executable, "-m", "meshshard", "features", "raw", "--out", "out"]
     out = subprocess.run(words, cwd=world, capture_output=True, text=True, check=True).stdout
     assert "1 removed, for there is no raw file any more, as 3" in out
+
+
+def test_raw_files_that_vanish_in_mid_run_do_not_empty_the_folder(world):
+    before = files(world)
+    for number in range(6):
+        write_obj(world / "raw" / f"{number}.obj", *bumpy(50 + number, 0))
+
+    def vanish(task, jobs):
+        shutil.rmtree(world / "raw")
+        yield from map(task, jobs)
+
+    with pytest.raises(UsageError, match="1 meshes are stored whose raw files cannot be read now"):
+        go(world, engine=vanish)
+    assert files(world) == before
+
+
+def test_a_name_as_long_as_the_system_allows_costs_nothing(world):
+    write_obj(world / "raw" / ("x" * 251 + ".obj"), *bumpy(7, 0))
+    assert len(go(world).index.ids) == 7
+
+
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir])
+def test_a_lock_that_is_no_file_is_named(world, make):
+    (world / "out" / ".lock").unlink()
+    make(world / "out" / ".lock")
+    for call in (lambda: go(world), lambda: status.stored(world / "out")):
+        with pytest.raises(UsageError, match=r"\.lock is no regular file, and a run locks it; delete it"):
+            call()
+
+
+def test_a_limit_of_the_size_of_files_is_kept():
+    words = [sys.executable, "-c", LIMITED]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    assert subprocess.run(words, env=environment, capture_output=True, text=True, check=True).stdout == "3\n"
+
+
+LIMITED = """
+import resource
+resource.setrlimit(resource.RLIMIT_FSIZE, (10**6, 10**6))
+from meshshard_prep.isolation import Isolated, Limits
+print(Isolated().call(len, "abc", limits=Limits()))
+"""

@@ -1,5 +1,6 @@
 """Any folder of meshes. A label file may lie beside each mesh; train/, val/ and test/ on top are splits."""
 
+import os
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -8,6 +9,9 @@ from meshshard.errors import UsageError
 from meshshard_prep.datasets.layout import DOMAINS, SPLITS, Entry, RawDataset
 from meshshard_prep.formats import MESH_SUFFIXES
 from meshshard_prep.labels import class_table
+
+LONGEST_NAME = 255
+"""Bytes of a file's name, on the file systems in use."""
 
 LABEL_SUFFIXES = (".seg", ".eseg", ".labels", ".txt")
 
@@ -67,6 +71,9 @@ def _mesh_files(folder: Path) -> Iterator[Path]:
 
 def labels_beside(path: Path) -> Path | None:
     """The label file of a mesh's name in its folder, or None; UsageError where there are two."""
+    longest = max(LABEL_SUFFIXES, key=len)
+    if len(os.fsencode(path.stem)) + len(longest) > LONGEST_NAME:
+        return None  # the system would not even look
     found = [path.with_suffix(suffix) for suffix in LABEL_SUFFIXES if path.with_suffix(suffix).is_file()]
     if len(found) > 1:
         raise UsageError(f"{path} has two label files: {found[0].name} and {found[1].name}; keep one")

@@ -102,8 +102,8 @@ def test_features_behind_other_urls_are_those_of_a_folder(raw, expected, tmp_pat
     """Files of memory:// go to the worker processes with their content."""
     url = raw.as_uri()
     if kind == "memory":
-        url = "memory://here/raw"
-        fsspec.filesystem("memory").put(str(raw), "/here/raw", recursive=True)
+        url = "memory://other/raw"
+        fsspec.filesystem("memory").put(str(raw), "/other/raw", recursive=True)
     report = run(read_dataset(url), tmp_path, PAPER, jobs=2 if kind == "memory" else 1)
     assert (report.computed, len(report.index.refused)) == (5, 2)
     assert published(tmp_path) == expected

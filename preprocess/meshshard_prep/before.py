@@ -14,6 +14,14 @@ from meshshard.reader import Shard
 from meshshard.recipe import Recipe
 from meshshard_prep.jobs import ALGORITHM_VERSION, Job
 
+SHARDS = "shard-*.h5"
+"""All that `shard_name` gives."""
+
+
+def shard_name(sha256: str) -> str:
+    """The file of a shard whose content has that hash."""
+    return f"shard-{sha256[:16]}.h5"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Before:
@@ -81,8 +89,8 @@ def _whole_shards(dataset: Dataset) -> Iterator[Shard]:
 
 def _found_shards(folder: Path) -> Iterator[Shard]:
     """Shards whose content is what their name says."""
-    for path in sorted(folder.glob("shard-*.h5")):
+    for path in sorted(folder.glob(SHARDS)):
         shard = Shard(path)
         with contextlib.suppress(InvalidShard, OSError):
-            if path.stem == f"shard-{sha256_of_file(path)[:16]}" and len(shard):
+            if path.name == shard_name(sha256_of_file(path)) and len(shard):
                 yield shard

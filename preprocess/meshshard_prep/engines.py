@@ -46,14 +46,14 @@ def _start_worker(parent: int) -> None:
 
 def find_engine(backend: str, address: str | None, workers: int) -> Engine:
     """The engine that --backend, --address and --jobs mean together. UsageError: they do not fit together."""
-    from meshshard_prep.clusters import on_dask, on_ray
-
     if backend not in BACKENDS:
         raise UsageError(f"--backend is one of {', '.join(BACKENDS)}, not {backend!r}")
     if backend == "loky":
         if address:
             raise UsageError(f"--address {address} is for --backend dask or ray; give one of them")
         return partial(on_this_machine, workers=workers)
+    from meshshard_prep.clusters import on_dask, on_ray
+
     if workers != -1:
         raise UsageError(f"--jobs is for workers on this machine; {backend} decides itself how many there are")
     if backend == "ray":

@@ -32,8 +32,9 @@ def estimate(jobs: Sequence[Job], recipe: Recipe) -> Estimate:
 
     Nothing is stored. Without a trial that succeeds, all figures are 0.
     """
-    ordered = sorted(jobs, key=lambda job: job.entry.path.stat().st_size)
-    sizes = np.array([job.entry.path.stat().st_size for job in ordered])
+    size_of = {job.entry.id: job.entry.path.stat().st_size for job in jobs}
+    ordered = sorted(jobs, key=lambda job: size_of[job.entry.id])
+    sizes = np.array([size_of[job.entry.id] for job in ordered])
     process = isolated(warm_up, recipe)
     trials = []
     for number in {round(position) for position in np.linspace(0, len(ordered) - 1, min(TRIALS, len(ordered)))}:

@@ -12,7 +12,7 @@ from meshshard.sample import Sample
 from meshshard.schema import FIELDS
 from meshshard.writer import shard_image
 from meshshard_prep import staging
-from meshshard_prep.before import Before
+from meshshard_prep.before import SHARDS, Before, shard_name
 from meshshard_prep.datasets.layout import RawDataset
 from meshshard_prep.jobs import ALGORITHM_VERSION, Job
 from meshshard_prep.plan import Plan
@@ -128,7 +128,7 @@ def publish_dataset(
     if index != before.index:
         publish(out / INDEX_NAME, index.to_bytes())
     named = {entry.file for entry in shards}
-    for path in out.glob("shard-*.h5"):
+    for path in out.glob(SHARDS):
         if path.name not in named:
             path.unlink()
     staging.clear(out)
@@ -152,7 +152,7 @@ def _write(out: Path, samples: list[Sample], recipe: Recipe, classes: tuple[str,
     """Publish one shard under a name made of its content; a file of that name that is whole is the same file."""
     image = shard_image(samples, recipe=recipe, algorithm_version=ALGORITHM_VERSION, classes=classes)
     digest = sha256_of(image)
-    path = out / f"shard-{digest[:16]}.h5"
+    path = out / shard_name(digest)
     if not (path.is_file() and path.read_bytes() == image):
         publish(path, image)
     return ShardEntry(

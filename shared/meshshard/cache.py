@@ -2,11 +2,10 @@
 
 import os
 import re
-import secrets
 from pathlib import Path
 
 from meshshard.errors import InvalidShard
-from meshshard.files import TEMPORARY_PREFIX, sha256_of_file
+from meshshard.files import sha256_of_file, temporary_beside
 from meshshard.remote import RemotePath
 
 CACHE_VARIABLE = "MESHSHARD_CACHE"
@@ -37,7 +36,7 @@ def cache_folder() -> Path:
 def _fetch(url: RemotePath, copy: Path, sha256: str) -> None:
     """Several processes may do so at once: what has its final name is whole."""
     copy.parent.mkdir(parents=True, exist_ok=True)
-    temporary = copy.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(4)}-{copy.name}")
+    temporary = temporary_beside(copy)
     try:
         url.copy_to(temporary)
         if (found := sha256_of_file(temporary)) != sha256:

@@ -36,13 +36,18 @@ def open_regular(path: Path) -> FileIO | BytesIO:
     return path.open("rb", buffering=0)
 
 
+def temporary_beside(path: Path) -> Path:
+    """A name of its own, in the same folder, for what is to become `path` by a rename."""
+    return path.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(4)}-{path.name}")
+
+
 def publish(path: Path, data: bytes, *, durable: bool = True) -> None:
     """Write `data` under its final name in one step that survives a power cut: own file, fsync, rename, fsync.
 
     Not `durable`, the step survives the death of the process, and after a power cut the content may be anything.
     OSError (disk full, say) leaves the old file, or none, and no temporary one.
     """
-    temporary = path.with_name(f"{TEMPORARY_PREFIX}{secrets.token_hex(4)}-{path.name}")
+    temporary = temporary_beside(path)
     descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o644)
     try:
         try:

@@ -19,22 +19,12 @@ from meshshard.plain import to_json
 from meshshard.reader import Shard
 from meshshard.recipe import RECIPES
 from meshshard.sample import Sample
-from meshshard.schema import BY_NAME
+from meshshard.schema import BY_NAME, PER_FACE, PER_VERTEX
 from meshshard.writer import shard_image
 from meshshard_prep.bench.measure import blob
 from meshshard_prep.pipeline import compute_features
 
-ARRAYS = (
-    "vertices",
-    "vertex_normals",
-    "dihedral",
-    "hks",
-    "vertex_areas",
-    "faces",
-    "face_adjacency",
-    "face_source",
-    "face_labels",
-)
+ARRAYS = (*(field.name for field in (*PER_VERTEX, *PER_FACE) if field.required), "face_labels")
 """What is read of a sample, each copied, so that every byte of it is touched."""
 
 PAGE = """# Speed of reading

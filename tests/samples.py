@@ -40,6 +40,7 @@ def sample(number=0, *, level=1, recipe=PAPER, labels="faces", **names):
         "source_sha256": "0" * 64,
         "key": f"{number:064}",
         "label_domain": "face",
+        "polygons": len(faces),
     }
     return Sample(**(values | names))
 

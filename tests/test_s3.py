@@ -113,7 +113,7 @@ def described(dataset):
     """All that an adapter says, without where the files lie."""
     entries = [
         {name: value for name, value in vars(entry).items() if name not in ("path", "labels")}
-        | {"path": entry.path.name, "labels": entry.labels and f"{entry.labels.parent.name}/{entry.labels.name}"}
+        | {"path": entry.path.name, "labels": entry.labels and "/".join(entry.labels.path.parts[-2:])}
         for entry in dataset.entries
     ]
     return dataset.name, dataset.task, dataset.classes, entries

@@ -1,8 +1,8 @@
-"""The verbs of the offline half: datasets, features, status, doctor, bench."""
+"""The verbs of the offline half: datasets, features, status, doctor."""
 
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -48,6 +48,8 @@ Out = Annotated[
 RecipeName = Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")]
 Components = Annotated[str | None, typer.Option(help="Pieces of a mesh: separate, or bridged by weak links.")]
 SpectrumSize = Annotated[int, typer.Option(help="Store that many of the lowest eigenpairs too.", min=0)]
+SplitSeed = Annotated[int, typer.Option(help="Seed of all splits that are drawn.", min=0)]
+Fold = Annotated[int, typer.Option(help="Fold to test on, where a data set has folds.", min=0)]
 NoLabels = Annotated[bool, typer.Option("--no-labels", help="Ignore labels, splits and classes.")]
 
 
@@ -62,7 +64,11 @@ def features(
     val_fraction: Annotated[
         float, typer.Option(help="Share of train that becomes validation if none is shipped.")
     ] = 0.15,
-    split_seed: Annotated[int, typer.Option(help="Seed of that draw.", min=0)] = 0,
+    split_seed: SplitSeed = 0,
+    fold: Fold = 0,
+    train_fraction: Annotated[
+        float, typer.Option(help="Share of train to keep, for few-shot learning: nested by seed.")
+    ] = 1.0,
     components: Components = None,
     spectrum: SpectrumSize = 0,
     no_labels: NoLabels = False,
@@ -99,13 +105,17 @@ def features(
 
     if not 0 <= val_fraction < 1:
         raise UsageError(f"--val-fraction is at least 0 and below 1, not {val_fraction}")
+    if not 0 < train_fraction <= 1:
+        raise UsageError(f"--train-fraction is above 0 and at most 1, not {train_fraction}")
     if not memory_limit <= 10**6:
         raise UsageError(f"--memory-limit is a number of GB, at most a million, not {memory_limit}")
     if jobs == 0:
         raise UsageError("--jobs is the number of workers, or -1 for one a core; it cannot be 0")
     engine = find_engine(backend, address, jobs)
     settings = _with_options(find_recipe(recipe), components, spectrum)
-    raw_dataset = _raw_dataset(dataset, raw, no_labels, make=not dry_run)
+    raw_dataset = _raw_dataset(dataset, raw, no_labels, make=not dry_run, seed=split_seed, fold=fold)
+    for note in raw_dataset.notes:
+        typer.echo(f"note: {note}", err=True)
     folder = out or FEATURES / raw_dataset.name / settings.name
     if dry_run:
         _tell_plan(raw_dataset, folder, settings, jobs if backend == "loky" else 1, as_json)
@@ -120,6 +130,7 @@ def features(
                 limits=Limits(seconds=time_limit or None, memory=ceil(memory_limit * 1e9) or None),
                 val_fraction=val_fraction,
                 split_seed=split_seed,
+                train_fraction=train_fraction,
                 progress=tell,
             )
     except KeyboardInterrupt:
@@ -172,11 +183,14 @@ def status(
     typer.echo(to_json(table) if as_json else tables.as_text(table, missing))
 
 
-def _raw_dataset(dataset: str, raw: Path | None, no_labels: bool, make: bool = True) -> "RawDataset":
-    from meshshard_prep.datasets import read_dataset
+def _raw_dataset(
+    dataset: str, raw: Path | None, no_labels: bool, make: bool = True, seed: int = 0, fold: int = 0
+) -> "RawDataset":
+    from meshshard_prep.datasets import Draw, read_dataset
     from meshshard_prep.datasets.layout import without_labels
 
-    found = read_dataset(dataset, raw, lambda text: typer.echo(text, err=True), make=make)
+    draw = Draw(seed=seed, fold=fold)
+    found = read_dataset(dataset, raw, lambda text: typer.echo(text, err=True), make=make, draw=draw)
     return without_labels(found) if no_labels else found
 
 
@@ -238,60 +252,6 @@ def _with_options(recipe: "Recipe", components: str | None, spectrum: int) -> "R
     if spectrum:
         recipe = replace(recipe, spectrum=spectrum, name=f"{recipe.name}-spectrum{spectrum}")
     return recipe
-
-
-def bench(
-    out: Annotated[Path, typer.Option(help="Folder for the table and the plot.")] = Path("docs/benchmarks"),
-    quick: Annotated[bool, typer.Option("--quick", help="Small meshes only: seconds, not minutes.")] = False,
-    meshes: Annotated[
-        int, typer.Option(help="Instead: a run over that many small meshes, on two workers.", min=0)
-    ] = 0,
-    as_json: AsJson = False,
-) -> None:
-    """Measure the preparation beside the published way, and reading beside a bare memory map: tables and a plot.
-
-    Examples: meshshard bench --quick --out /tmp/bench
-
-    meshshard bench --meshes 12000
-    """
-    if meshes:
-        from meshshard_prep.bench.many import many_meshes
-
-        typer.echo(to_json(many_meshes(meshes)))
-        return
-    from importlib.metadata import version
-
-    from threadpoolctl import threadpool_limits
-
-    from meshshard_prep.bench import measure, report, streaming
-
-    sizes = {252: 3} if quick else measure.SIZES
-    libraries = ("numpy", "scipy", "numba", "potpourri3d", "robust-laplacian")
-    figures: dict[str, Any] = {
-        "processor": report.processor(),
-        "versions": {name: version(name) for name in libraries},
-        "few_pairs": measure.FEW_PAIRS,
-        "full_up_to": measure.FULL_UP_TO,
-    }
-    with threadpool_limits(1):
-        for kind, rows in (("hks", measure.hks_rows(sizes)), ("path", measure.path_rows(sizes))):
-            figures[kind] = []
-            for row in rows:
-                figures[kind].append(row)
-                typer.echo(f"{kind}: {to_json(row)}", err=True)
-        figures["parts"] = measure.parts()
-        figures["workers"] = measure.worker_row()
-        machine = {name: figures[name] for name in ("processor", "versions")}
-        figures["streaming"] = machine | (streaming.streaming(meshes=32) if quick else streaming.streaming())
-    if not quick:
-        typer.echo("a million faces: minutes", err=True)
-        figures["large"] = measure.large_mesh()
-    reading = figures.pop("streaming")
-    report.write(out, figures)
-    streaming.write(out, reading)
-    typer.echo(
-        to_json(figures | {"streaming": reading}) if as_json else report.page(figures) + streaming.page(reading)
-    )
 
 
 def _print_report(report: "Report", folder: Path, as_json: bool) -> None:

@@ -13,13 +13,13 @@ from meshshard.recipe import Recipe
 from meshshard.sample import Sample
 from meshshard_prep.clean import clean
 from meshshard_prep.datasets.folder import labels_beside, read_folder
-from meshshard_prep.datasets.layout import DOMAINS, Entry
+from meshshard_prep.datasets.layout import Entry, LabelFile
 from meshshard_prep.facts import facts_of
 from meshshard_prep.features.edges import edges_of
 from meshshard_prep.formats import format_of, parse_mesh, read_file
 from meshshard_prep.isolation import Limits, Lost, isolated
 from meshshard_prep.jobs import make_job, printable, read_entry
-from meshshard_prep.labels import class_table, labels_of, parse_labels
+from meshshard_prep.labels import FORMS, class_table, labels_of
 from meshshard_prep.mesh import RawMesh
 from meshshard_prep.pipeline import compute_sample, counts_of
 from meshshard_prep.work import warm_up
@@ -55,8 +55,8 @@ def entries_at(path: Path) -> list[Entry]:
         raise UsageError(f"there is no {path}; name mesh files, or folders of them")
     entries = read_folder(path).entries
     if path.is_file() and (labels := labels_beside(path)):
-        _, table = class_table([labels], (), path)
-        entries = tuple(replace(e, labels=labels, label_classes=table, label_domains=DOMAINS) for e in entries)
+        _, table = class_table([LabelFile(path=labels)], (), path)
+        entries = tuple(replace(entry, labels=LabelFile(path=labels, classes=table)) for entry in entries)
     return [replace(entry, source=str(entry.path)) for entry in entries]
 
 
@@ -109,11 +109,13 @@ def _findings(entry: Entry, recipe: Recipe) -> Iterator[dict[str, Any]]:
 
 
 def _labels(entry: Entry, raw: RawMesh) -> dict[str, Any]:
-    if entry.labels is None:
+    file = entry.labels
+    if file is None:
         return {}
-    lines = parse_labels(read_file(entry.labels, entry.labels.name), entry.label_classes, entry.labels.name)
-    labels = labels_of(raw, lines, entry.label_domains, entry.labels.name)
-    names = {number: value for value, number in entry.label_classes.items()}
+    name = file.path.name
+    lines = FORMS[file.form](read_file(file.path, name), file.name, name).classes(file.classes)
+    labels = labels_of(raw, lines, file.domains, name)
+    names = {number: value for value, number in file.classes.items()}
     values, counts = np.unique(lines, return_counts=True)
     shares = {str(names.get(value, -1)): count for value, count in zip(values.tolist(), counts.tolist(), strict=True)}
-    return {"labels": {"file": entry.labels.name, "domain": labels.domain, "lines": shares}}
+    return {"labels": {"file": name, "domain": labels.domain, "lines": shares}}

@@ -10,8 +10,9 @@ from meshshard.files import sha256_of
 from meshshard.index import Rejection
 from meshshard.recipe import Recipe
 from meshshard.remote import RemotePath
-from meshshard_prep.datasets.layout import Entry
+from meshshard_prep.datasets.layout import Entry, LabelFile
 from meshshard_prep.formats import read_file, sha256_of_input
+from meshshard_prep.labels.written import in_order
 
 ALGORITHM_VERSION = 3
 """Raised whenever the same mesh and recipe give other numbers; stored samples of an older one are stale."""
@@ -51,7 +52,9 @@ def make_job(entry: Entry, recipe: Recipe) -> Job:
     mesh_sha256 = sha256_of_input(entry.path, entry.source)
     labels = label_file(entry)
     labels_sha256 = None if labels is None else sha256_of_input(labels, labels.name)
-    entry = replace(entry, path=_whole(entry.path), labels=None if labels is None else _whole(labels))
+    entry = replace(entry, path=_whole(entry.path))
+    if entry.labels is not None:
+        entry = replace(entry, labels=replace(entry.labels, path=_whole(entry.labels.path)))
     return Job(entry=entry, source_sha256=mesh_sha256, key=key_of(entry, mesh_sha256, labels_sha256, recipe))
 
 
@@ -71,9 +74,16 @@ def key_of(entry: Entry, mesh_sha256: str, labels_sha256: str | None, recipe: Re
         mesh_sha256,
         entry.path.suffix.lower(),
         labels_sha256 or "no labels",
-        repr((sorted(entry.label_classes.items()), entry.label_domains, entry.mesh_label)),
+        repr((_meaning_of(entry.labels), entry.mesh_label)),
     )
     return sha256_of("\n".join(parts).encode())
+
+
+def _meaning_of(labels: LabelFile | None) -> tuple[object, ...]:
+    if labels is None:
+        return ()
+    classes = [(value, labels.classes[value]) for value in in_order(labels.classes)]
+    return labels.form, labels.name, classes, labels.domains, labels.to
 
 
 @cache
@@ -90,15 +100,18 @@ def read_entry(entry: Entry) -> tuple[bytes, bytes | None]:
 
 def label_file(entry: Entry) -> Path | None:
     """The label file of an entry, or None where it needs none. InvalidMesh: it should have one and has not."""
-    if entry.labels is not None and not entry.labels.exists():
+    if entry.labels is None:
+        return None
+    path = entry.labels.path
+    if not path.exists():
         raise InvalidMesh(
             "no-labels",
-            f"its label file is {entry.labels.name}",
+            f"its label file is {path.name}",
             "there is no such file",
             place=entry.source,
-            advice=f"put it at {entry.labels.parent.name}/{entry.labels.name}, or take the mesh away",
+            advice=f"put it at {path.parent.name}/{path.name}, or take the mesh away",
         )
-    return entry.labels
+    return path
 
 
 def rejection(entry: Entry, code: str, message: str, key: str) -> Rejection:

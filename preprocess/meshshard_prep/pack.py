@@ -103,13 +103,14 @@ def publish_dataset(
     recipe: Recipe,
     val_fraction: float,
     split_seed: int,
+    train_fraction: float,
 ) -> Index:
     """The last shards; then the index; then what it no longer names goes. Killed anywhere, the folder is the old
     data set or the new one."""
     shards = packer.finish()
     jobs, rejected = packer.jobs, sorted(packer.rejected.values(), key=lambda entry: entry.id)
     # drawn over all entries: a mesh that is refused today does not move the others between splits
-    splits = assign_splits(dataset.entries, fraction=val_fraction, seed=split_seed)
+    splits = assign_splits(dataset, fraction=val_fraction, seed=split_seed, train_fraction=train_fraction)
     index = Index(
         dataset=dataset.name,
         task=dataset.task,
@@ -122,6 +123,12 @@ def publish_dataset(
         splits=tuple(splits[job.entry.id] for job in jobs),
         split_seed=split_seed,
         val_fraction=float(val_fraction),
+        train_fraction=float(train_fraction),
+        split_rule=dataset.split_rule,
+        licence=dataset.licence,
+        citation=dataset.citation,
+        colours=dataset.colours,
+        notes=dataset.notes,
         refused=tuple(entry for entry in rejected if entry.code not in FAILURES),
         failed=tuple(entry for entry in rejected if entry.code in FAILURES),
     )

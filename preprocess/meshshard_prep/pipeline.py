@@ -12,7 +12,7 @@ from threadpoolctl import ThreadpoolController
 
 from meshshard.errors import InvalidMesh
 from meshshard.recipe import Recipe, find_recipe
-from meshshard.sample import Sample
+from meshshard.sample import DIAGNOSTICS, Sample
 from meshshard_prep.clean import Mesh, clean
 from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.features.adjacency import face_adjacency
@@ -26,7 +26,7 @@ from meshshard_prep.features.laplacian import laplacian
 from meshshard_prep.features.normals import vertex_normals
 from meshshard_prep.features.spectrum import Spectrum, lowest_eigenpairs
 from meshshard_prep.formats import parse_mesh
-from meshshard_prep.labels import Labels, labels_of, parse_labels
+from meshshard_prep.labels import Labels, read_labels
 from meshshard_prep.mesh import RawMesh
 
 MOST_FACES_AT_EDGE = 1000
@@ -56,8 +56,7 @@ def compute_sample(entry: Entry, content: bytes, labels: bytes | None, recipe: R
     mesh = parse_mesh(content, entry.source, entry.path.suffix)
     found = None
     if labels is not None and entry.labels is not None:
-        lines = parse_labels(labels, entry.label_classes, entry.labels.name)
-        found = labels_of(mesh, lines, entry.label_domains, entry.labels.name)
+        found = read_labels(entry.labels, labels, mesh)
     return features_of(mesh, recipe, found, place=entry.source, mesh_label=entry.mesh_label)
 
 
@@ -69,7 +68,8 @@ def features_of(
     edges = edges_of(mesh.faces)
     _check_crowding(edges, place)
     components, component_of = components_of(edges, len(mesh.vertices))
-    counts = counts_of(mesh, edges) | {"components": components, "bridges": 0, "unlabelled": _unlabelled(labels)}
+    counts = dict.fromkeys(DIAGNOSTICS, 0) | counts_of(mesh, edges)
+    counts |= {"components": components, "unlabelled": _unlabelled(labels)}
     try:
         # One thread: the last bits of BLAS's results depend on how many there are, and workers share the cores.
         with _loaded_libraries().limit(limits=1):
@@ -97,6 +97,8 @@ def features_of(
         face_source=raw.face_source.astype(np.int32),
         face_labels=labels.faces if labels else None,
         vertex_labels=labels.vertices if labels else None,
+        label_rule=labels.rule if labels else "",
+        polygons=raw.polygons,
         label_domain=labels.domain if labels else "mesh" if mesh_label >= 0 else "",
         mesh_label=mesh_label,
         times=np.array(recipe.times),

@@ -49,6 +49,7 @@ def run(
     compute: Callable[[Job, Path, Recipe], Outcome] = compute,
     val_fraction: float = 0.15,
     split_seed: int = 0,
+    train_fraction: float = 1.0,
     progress: Callable[[int, int, int], None] | None = None,
 ) -> Report:
     """Compute what is new, keep what is not, and publish `out` in one step, index.json last.
@@ -78,7 +79,14 @@ def run(
                 if progress:
                     progress(done, len(todo), len(packer.rejected))
         index = publish_dataset(
-            out, dataset, packer, plan.before, recipe=recipe, val_fraction=val_fraction, split_seed=split_seed
+            out,
+            dataset,
+            packer,
+            plan.before,
+            recipe=recipe,
+            val_fraction=val_fraction,
+            split_seed=split_seed,
+            train_fraction=train_fraction,
         )
     return Report(
         index=index,

@@ -13,10 +13,11 @@ from meshshard.recipe import Recipe
 INDEX_NAME = "index.json"
 INDEX_FORMAT = "meshshard-index"
 INDEX_VERSION = 1
-TASKS = ("segmentation", "classification", "unlabelled")
+TASKS = ("segmentation", "classification", "correspondence", "unlabelled")
 MAX_BYTES = 2**30
 """Of an index: some millions of samples."""
 
+COLOUR = re.compile(r"#[0-9A-Fa-f]{6}")
 FILE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*\.h5")
 
 
@@ -56,7 +57,8 @@ class Rejection:
 @dataclass(frozen=True, kw_only=True)
 class Index:
     """The content of index.json. Samples are in the order of the shards; `split` is the one to train with:
-    as shipped, with a validation split drawn from train where none was shipped."""
+    by `split_rule`, with a validation split drawn from train where it gives none. `colours`: hexadecimal, one a
+    class, or none; `notes`: what whoever uses the data set should know, such as meshes that are missing."""
 
     dataset: str
     task: str
@@ -69,6 +71,12 @@ class Index:
     splits: tuple[str, ...]
     split_seed: int
     val_fraction: float
+    train_fraction: float = 1.0
+    split_rule: str = "as shipped"
+    licence: str = ""
+    citation: str = ""
+    colours: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     refused: tuple[Rejection, ...] = ()
     failed: tuple[Rejection, ...] = ()
 
@@ -160,7 +168,7 @@ def _from_table(table: dict[str, Any]) -> Index:
     )
     for name in ("refused", "failed"):
         values[name] = tuple(Rejection(**_values(Rejection, entry)) for entry in _all(table, name, dict))
-    for name in ("classes", "ids", "keys", "splits"):
+    for name in ("classes", "ids", "keys", "splits", "colours", "notes"):
         values[name] = _all(table, name, str)
     return Index(**values)
 
@@ -188,6 +196,12 @@ def _check(index: Index) -> None:
     """The parts agree with each other."""
     if index.task not in TASKS:
         raise InvalidShard(f"the task is one of {', '.join(TASKS)}, not {index.task!r}")
+    if not 0 < index.train_fraction <= 1:
+        raise InvalidShard(f"train_fraction is above 0 and at most 1, not {index.train_fraction}")
+    if index.colours and len(index.colours) != len(index.classes):
+        raise InvalidShard(f"it has {len(index.classes)} classes and {len(index.colours)} colours")
+    if not all(COLOUR.fullmatch(colour) for colour in index.colours):
+        raise InvalidShard(f"a colour is like #0072B2, and they are {', '.join(index.colours)}")
     if not 0 <= index.val_fraction < 1:
         raise InvalidShard(f"val_fraction is at least 0 and below 1, not {index.val_fraction}")
     for entry in index.shards:

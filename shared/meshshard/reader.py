@@ -189,6 +189,8 @@ def _check_shapes(columns: dict[str, np.ndarray]) -> None:
     sizes["T"] = len(columns["times"])
     if "eigenvalues" in columns:
         sizes["K"] = columns["eigenvalues"].shape[-1]
+    if "correspondence" in columns:
+        sizes["M"] = columns["correspondence"].shape[-1]
     for field in FIELDS:
         if field.name in columns:
             wanted = tuple(sizes.get(axis, axis) for axis in field.axes)
@@ -207,6 +209,9 @@ def _check_numbers(columns: dict[str, np.ndarray], classes: int) -> None:
         largest = np.maximum.reduceat(columns[name].ravel(), corners)  # of each mesh
         if columns[name].min(initial=0) < least or (largest >= limits[with_faces]).any():
             raise InvalidShard(f"{name!r} has an index outside its mesh")
+    matched = columns.get("correspondence")
+    if matched is not None and not ((matched >= -1) & (matched < vertices[:, None])).all():
+        raise InvalidShard("'correspondence' has an index outside its mesh")
     for name in ("face_labels", "vertex_labels", "mesh_label"):
         labels = columns.get(name)
         if labels is not None and not -1 <= labels.min(initial=0) <= labels.max(initial=-1) < classes:

@@ -15,6 +15,9 @@ def log_spaced(first: float, last: float, count: int) -> tuple[float, ...]:
     return tuple([first * ratio ** (i / (count - 1)) for i in range(count - 1)] + [last])
 
 
+STEPS = ("weld", "largest_component", "orient")
+"""What may be done to a mesh before its features are computed, in the order that the recipe lists."""
+
 SHORTEST, LONGEST = 1e-9, 1e9
 """Of diffusion times: far below a vertex's area, and far beyond the time in which any mesh of radius 1 is even."""
 
@@ -29,6 +32,9 @@ class Recipe:
     links. `hks_tolerance` is the relative error that HKS values may have against the full spectrum.
     `signed_dihedral` adds the mean signed angle as the field `dihedral_signed`, `official_dihedral` the published
     code's three channels as `dihedral_official`, `spectrum` that many of the lowest eigenpairs.
+    `steps` change the mesh that is stored: "weld" merges its vertices at the same point, "largest_component" drops
+    the faces of all other pieces, "orient" turns faces so that neighbours agree and closed pieces face outwards.
+    `simplify`, after them, collapses edges by quadric error down to that many faces; 0 leaves the mesh as it is.
     """
 
     name: str
@@ -41,6 +47,8 @@ class Recipe:
     signed_dihedral: bool = False
     official_dihedral: bool = False
     spectrum: int = 0
+    steps: tuple[str, ...] = ()
+    simplify: int = 0
 
     def __post_init__(self) -> None:
         if self.laplacian not in ("robust", "cotangent"):
@@ -49,6 +57,10 @@ class Recipe:
             raise UsageError(f"recipe {self.name}: components is 'separate' or 'bridged', not {self.components!r}")
         if self.spectrum < 0:
             raise UsageError(f"recipe {self.name}: spectrum is a number of eigenpairs, not {self.spectrum}")
+        if not set(self.steps) <= set(STEPS) or len(set(self.steps)) < len(self.steps):
+            raise UsageError(f"recipe {self.name}: steps are some of {', '.join(STEPS)}, each once, not {self.steps}")
+        if self.simplify < 0 or 0 < self.simplify < 4:
+            raise UsageError(f"recipe {self.name}: simplify is a number of faces, 4 or more, not {self.simplify}")
         if not self.times or not all(SHORTEST <= t <= LONGEST for t in self.times):
             raise UsageError(
                 f"recipe {self.name}: times are numbers from {SHORTEST:g} to {LONGEST:g}, not {self.times}"
@@ -83,6 +95,10 @@ class Recipe:
             if not isinstance(table["times"], list) or not all(isinstance(t, int | float) for t in table["times"]):
                 raise UsageError(f"{place}: times is a list of numbers, not {table['times']!r}")
             settings["times"] = tuple(float(t) for t in table["times"])
+        if "steps" in settings:
+            if not isinstance(table["steps"], list) or not all(isinstance(step, str) for step in table["steps"]):
+                raise UsageError(f"{place}: steps is a list of names, not {table['steps']!r}")
+            settings["steps"] = tuple(table["steps"])
         for key, value in settings.items():
             default = getattr(cls, key, "")
             wanted: type | tuple[type, ...] = (int, float) if isinstance(default, float) else type(default)

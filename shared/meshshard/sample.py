@@ -20,6 +20,11 @@ DIAGNOSTICS = {
     "raised_areas": "vertices with next to no area, for the Laplacian raised to a millionth of equilateral faces'",
     "cut_clusters": "1 where the last eigenvalue stored equals the next one (to 1e-6), 0 elsewhere",
     "undefined_normals": "vertices whose normal is 0: unreferenced, or faces that cancel or have no area",
+    "merged_vertices": "vertices merged into another one at the same point, by the step weld",
+    "dropped_faces": "faces left out by the step largest_component",
+    "turned_faces": "faces whose corners were reversed by the step orient",
+    "faces_before": "triangles that the step simplify was given; 0 without it",
+    "ambiguous_faces": "simplified faces that lie on two labels or more of the mesh file",
     "unlabelled": "faces (or vertices, where those are labelled) with label -1 in a labelled mesh",
 }
 """Name -> meaning of the counts that every sample carries. Nothing is repaired without one of them."""
@@ -40,6 +45,8 @@ class Sample:
     face_adjacency: neighbour across edges (0,1), (1,2), (2,0); -1 at a border or non-manifold edge.
     face_labels, vertex_labels: index into the data set's classes, -1 unlabelled; None where there are none.
     mesh_label: class of the whole mesh, -1 for none.
+    polygons: faces of the mesh file; vertex_source: its vertex that each is or lies nearest to, None without steps.
+    correspondence: the vertex at each of the M vertices of a template, -1 none; None where there is no template.
     """
 
     vertices: Float32[np.ndarray, "V 3"]
@@ -61,7 +68,10 @@ class Sample:
     dihedral_official: Float32[np.ndarray, "V 3"] | None = None
     eigenvalues: Float64[np.ndarray, " K"] | None = None
     eigenvectors: Float32[np.ndarray, "V K"] | None = None
+    vertex_source: Int32[np.ndarray, " V"] | None = None
+    correspondence: Int32[np.ndarray, " M"] | None = None
     mesh_label: int = -1
+    polygons: int = 0
     diagnostics: Mapping[str, int] = field(default_factory=lambda: dict.fromkeys(DIAGNOSTICS, 0))
     id: str = ""
     source: str = ""
@@ -70,6 +80,7 @@ class Sample:
     split: str = ""
     group: str = ""
     label_domain: str = ""
+    label_rule: str = ""
 
     @classmethod
     def of_checked(cls, values: dict[str, Any]) -> "Sample":
@@ -128,5 +139,8 @@ DIGESTED = (
     "dihedral_official",
     "eigenvalues",
     "eigenvectors",
+    "vertex_source",
+    "correspondence",
     "mesh_label",
+    "polygons",
 )

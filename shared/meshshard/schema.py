@@ -14,7 +14,8 @@ FORMAT_VERSION = 1
 class Field:
     """One data set of a shard.
 
-    `axes`: V vertices and F faces of all meshes, N meshes, N+1 pointers, T times, K eigenpairs, or a number.
+    `axes`: V vertices and F faces of all meshes, N meshes, N+1 pointers, T times, K eigenpairs,
+    M vertices of a template, or a number.
     `dtype`: a little-endian numpy type, or "str" for fixed-length UTF-8 padded with zeros.
     """
 
@@ -56,6 +57,14 @@ FIELDS = (
         required=False,
     ),
     Field("vertex_labels", ("V",), "i2", "class", "0-based class, -1 unlabelled", required=False),
+    Field(
+        "vertex_source",
+        ("V",),
+        "i4",
+        "1",
+        "vertex of the mesh file it is, or lies nearest to; there where the recipe has steps",
+        required=False,
+    ),
     Field("faces", ("F", 3), "i4", "1", "corners, indices into the mesh's own vertices, file order"),
     Field(
         "face_adjacency",
@@ -64,7 +73,7 @@ FIELDS = (
         "1",
         "face across the edges (0,1), (1,2), (2,0); -1 if not exactly one",
     ),
-    Field("face_source", ("F",), "i4", "1", "polygon of the mesh file that the triangle was cut from, 0-based"),
+    Field("face_source", ("F",), "i4", "1", "polygon of the mesh file it was cut from; simplified: lies nearest to"),
     Field("face_labels", ("F",), "i2", "class", "0-based class, -1 unlabelled", required=False),
     Field("times", ("T",), "f8", "radius^2", "diffusion times of `hks`"),
     Field("id", ("N",), "str", "", "unique name in the data set; meshes are sorted by it"),
@@ -75,6 +84,7 @@ FIELDS = (
     Field("split", ("N",), "str", "", "as shipped: train, val, test, or empty"),
     Field("group", ("N",), "str", "", "meshes of one subject or sequence share it; empty: none known"),
     Field("label_domain", ("N",), "str", "", "what the label file counts: face, edge, vertex, mesh, or empty"),
+    Field("label_rule", ("N",), "str", "", "how its labels became those stored; empty: they are the file's"),
     Field("mesh_label", ("N",), "i4", "class", "class of the whole mesh, -1 none"),
     Field("centre", ("N", 3), "f8", "file unit", "vertex mean that was subtracted"),
     Field("scale", ("N",), "f8", "file unit", "maximum radius that was divided by"),
@@ -93,6 +103,15 @@ FIELDS = (
         "f8",
         "1",
         "bound of the relative error of hks: of the method, of measured rounding, of storage",
+    ),
+    Field("polygons", ("N",), "i4", "1", "faces of the mesh file"),
+    Field(
+        "correspondence",
+        ("N", "M"),
+        "i4",
+        "1",
+        "vertex of the mesh at each vertex of the template; -1 none",
+        required=False,
     ),
     *(Field(name, ("N",), "i4", "1", meaning) for name, meaning in DIAGNOSTICS.items()),
 )

@@ -3,8 +3,10 @@ import pytest
 from shapes import sphere
 
 from meshshard.errors import InvalidMesh, UsageError
+from meshshard_prep.datasets.layout import LabelFile
 from meshshard_prep.features.edges import edges_of
-from meshshard_prep.labels import class_table, labels_of, majority_of_edges, parse_labels
+from meshshard_prep.labels import FORMS, class_table, labels_of
+from meshshard_prep.labels.of_mesh import majority_of_edges
 from meshshard_prep.mesh import RawMesh
 
 ALL = ("face", "edge", "vertex")
@@ -15,13 +17,21 @@ def raw(vertices, faces, face_source=None):
     return RawMesh(vertices=vertices, faces=faces, face_source=source, polygons=int(source.max()) + 1)
 
 
+def parse_labels(content, classes, place):
+    return FORMS["lines"](content, "", place).classes(classes)
+
+
+def files(*paths):
+    return [LabelFile(path=path) for path in paths]
+
+
 def test_lines_become_class_indices():
     assert parse_labels(b"\xef\xbb\xbf3\n1\r\n 2 \n\n", {1: 0, 2: 1, 3: 2}, "x.seg").tolist() == [2, 0, 1]
 
 
 @pytest.mark.parametrize("content", [b"1\nhead\n", b"1\n9\n", b"1\n1.5\n", b"1\n\n1\n", b"1\n\xff\n", b"1\n0_2\n"])
 def test_a_line_that_is_no_class_is_refused_with_its_number(content):
-    with pytest.raises(InvalidMesh, match=r"x.seg:2: each line is one of the integers -1, 1, 2, but .*\[bad-label\]"):
+    with pytest.raises(InvalidMesh, match=r"x.seg:2: a label is one of -1, 1, 2, but .*\[bad-label\]"):
         parse_labels(content, {1: 0, 2: 1}, "x.seg")
 
 
@@ -71,14 +81,14 @@ def test_minus_one_is_unlabelled():
 def test_class_table_from_files(tmp_path):
     (tmp_path / "a").write_text("3\n1\n-1\n")
     (tmp_path / "b").write_text("7\nnonsense\n")
-    assert class_table([tmp_path / "a", tmp_path / "b"], (), tmp_path) == (("1", "3", "7"), {1: 0, 3: 1, 7: 2})
-    with pytest.raises(UsageError, match=r"2 class names, but the label files hold the integers \[1, 3, 7\]"):
-        class_table([tmp_path / "a", tmp_path / "b"], ("x", "y"), tmp_path)
+    assert class_table(files(tmp_path / "a", tmp_path / "b"), (), tmp_path) == (("1", "3", "7"), {1: 0, 3: 1, 7: 2})
+    with pytest.raises(UsageError, match=r"2 class names, but the label files hold the labels \[1, 3, 7\]"):
+        class_table(files(tmp_path / "a", tmp_path / "b"), ("x", "y"), tmp_path)
 
 
 def test_more_classes_than_a_label_can_count(tmp_path):
     (tmp_path / "a").write_text("\n".join(map(str, range(2**15 - 1))))
-    assert max(class_table([tmp_path / "a"], (), tmp_path)[1].values()) == np.iinfo(np.int16).max - 1
+    assert max(class_table(files(tmp_path / "a"), (), tmp_path)[1].values()) == np.iinfo(np.int16).max - 1
     (tmp_path / "b").write_text("40000\n40001\n")
-    with pytest.raises(UsageError, match=r"32769 distinct integers, and a data set has 32768 classes at most"):
-        class_table([tmp_path / "a", tmp_path / "b"], (), tmp_path)
+    with pytest.raises(UsageError, match=r"32769 distinct labels, and a data set has 32768 classes at most"):
+        class_table(files(tmp_path / "a", tmp_path / "b"), (), tmp_path)

@@ -1,10 +1,24 @@
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
-from meshshard_prep.datasets.layout import Entry
-from meshshard_prep.splits import assign_splits
+from meshshard.splits import Member, draw_folds, draw_fractions, draw_per_class, few_shot
+from meshshard_prep import splits as of_data_sets
+from meshshard_prep.datasets.layout import Entry, RawDataset
+
+MEMBERS = [Member(f"{i:03}", i % 5) for i in range(100)]
+IN_GROUPS = [Member(f"{i:03}", group=f"g{i // 7}") for i in range(100)]
+
+
+def groups_are_whole(found):
+    return len({(member.group, found[member.id]) for member in IN_GROUPS}) == len({m.group for m in IN_GROUPS})
+
+
+def assign_splits(entries, **settings):
+    dataset = RawDataset(name="x", task="unlabelled", classes=(), entries=tuple(entries))
+    return of_data_sets.assign_splits(dataset, **settings)
 
 
 def entry(number, split="train", group="", label=-1):
@@ -53,3 +67,80 @@ def test_what_is_shipped_stays():
     unsplit = [entry(i, "") for i in range(9)]
     assert set(assign_splits(unsplit, fraction=0.5, seed=0).values()) == {""}
     assert set(assign_splits(GROUPED, fraction=0.0, seed=0).values()) == {"train", "test"}
+
+
+def test_drawn_splits_take_the_place_of_the_shipped():
+    entries = tuple(entry(i, "test") for i in range(4))
+    drawn = {"000": "train", "001": "val", "002": "test", "003": ""}
+    dataset = RawDataset(name="x", task="unlabelled", classes=(), entries=entries, drawn=drawn)
+    assert of_data_sets.assign_splits(dataset, fraction=0.5, seed=0) == drawn
+
+
+def test_a_share_of_train_is_drawn_after_validation():
+    entries = [entry(i, label=i % 5) for i in range(100)] + [entry(100 + i, "test") for i in range(9)]
+    whole = assign_splits(entries, fraction=0.2, seed=3)
+    few = assign_splits(entries, fraction=0.2, seed=3, train_fraction=0.1)
+    assert Counter(few.values()) == {"": 72, "val": 20, "test": 9, "train": 8}
+    assert {name for name in few if few[name] != whole[name]} == {name for name in few if few[name] == ""}
+
+
+def test_fractions_keep_shares_of_classes_and_whole_groups():
+    fractions = {"test": 0.2, "val": 0.1, "train": 0.7}
+    splits = draw_fractions(MEMBERS, fractions, 0)
+    for split, share in fractions.items():
+        labels = Counter(member.label for member in MEMBERS if splits[member.id] == split)
+        assert labels == dict.fromkeys(range(5), round(20 * share))
+    splits = draw_fractions(IN_GROUPS, fractions, 0)
+    assert groups_are_whole(splits)
+    assert 13 <= Counter(splits.values())["test"] <= 20
+    assert draw_fractions(IN_GROUPS, {"test": 0.0, "train": 1.0}, 0) == dict.fromkeys(splits, "train")
+
+
+def test_a_number_of_each_class():
+    splits = draw_per_class(MEMBERS, 16, 1)
+    assert Counter((member.label, splits[member.id]) for member in MEMBERS) == {
+        (label, split): count for label in range(5) for split, count in (("train", 16), ("test", 4))
+    }
+
+
+@pytest.mark.parametrize("folds", [2, 3, 5, 7])
+def test_folds_are_even_and_stratified(folds):
+    found = draw_folds(MEMBERS, folds, 0)
+    sizes = Counter(found.values())
+    assert sorted(sizes) == list(range(folds))
+    assert max(sizes.values()) - min(sizes.values()) <= 1
+    for label in range(5):
+        shares = Counter(found[member.id] for member in MEMBERS if member.label == label)
+        assert max(shares.values()) - min(shares.values()) <= 1
+
+
+def test_folds_keep_groups_whole():
+    found = draw_folds(IN_GROUPS, 4, 0)
+    assert groups_are_whole(found)
+    sizes = Counter(found.values())
+    assert max(sizes.values()) - min(sizes.values()) <= 7
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_few_shot_subsets_are_nested_and_stratified(seed):
+    subsets = [few_shot(MEMBERS, fraction, seed) for fraction in (1.0, 0.5, 0.1, 0.05, 0.01)]
+    assert [len(subset) for subset in subsets] == [100, 50, 10, 5, 1]
+    for larger, smaller in pairwise(subsets):
+        assert smaller < larger
+    for subset, share in zip(subsets, (20, 10, 2, 1), strict=False):
+        assert Counter(m.label for m in MEMBERS if m.id in subset) == dict.fromkeys(range(5), share)
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda members, seed: draw_fractions(members, {"test": 0.3, "train": 0.7}, seed),
+        lambda members, seed: draw_per_class(members, 3, seed),
+        lambda members, seed: draw_folds(members, 4, seed),
+        lambda members, seed: few_shot(members, 0.2, seed),
+    ],
+)
+@pytest.mark.parametrize("members", [MEMBERS, IN_GROUPS], ids=["classes", "groups"])
+def test_draws_depend_on_the_seed_and_not_on_the_order(draw, members):
+    assert draw(members[::-1], 0) == draw(members, 0)
+    assert any(draw(members, seed) != draw(members, 0) for seed in range(1, 4))

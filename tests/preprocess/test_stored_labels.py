@@ -55,7 +55,8 @@ def assert_stored(dataset, out, parse, first):
     compared = 0
     for sample in open_dataset(out):
         entry = paths[sample.id]
-        np.testing.assert_array_equal(sample.face_labels, parse(entry.path, entry.labels, first), err_msg=sample.id)
+        expected = parse(entry.path, entry.labels.path, first)
+        np.testing.assert_array_equal(sample.face_labels, expected, err_msg=sample.id)
         compared += len(sample.face_labels)
     return compared
 

@@ -105,7 +105,7 @@ SHARD = {"file": "shard-0.h5", "bytes": 1, "sha256": "0" * 64, "vertex_counts": 
         ({"val_fraction": float("nan")}, "val_fraction is at least 0 and below 1, not nan"),
         ({"split_seed": 1.5}, "'split_seed' is 1.5"),
         ({"task": 3}, "'task' is 3"),
-        ({"task": "x"}, "the task is one of segmentation, classification, unlabelled, not 'x'"),
+        ({"task": "x"}, "the task is one of segmentation, classification, correspondence, unlabelled, not 'x'"),
         ({"recipe": []}, "a recipe is a table of settings, not list"),
         ({"recipe": {"name": "x", "times": [10**400]}}, "int too large to convert to float"),
         ({"refused": [{"id": "x"}]}, "['id'] is not ['code', 'id'"),

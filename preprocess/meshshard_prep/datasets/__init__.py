@@ -1,16 +1,18 @@
 """Data sets by name, by TOML file, by folder or by mesh file. One adapter is one small file."""
 
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from meshshard.errors import UsageError
 from meshshard.remote import RemotePath, listed, to_path
 from meshshard_prep.datasets import coseg, human_seg, minicoseg, shrec_16
 from meshshard_prep.datasets.folder import read_folder
-from meshshard_prep.datasets.layout import Adapter, Entry, RawDataset
+from meshshard_prep.datasets.layout import Adapter, Draw, Entry, LabelFile, RawDataset
 from meshshard_prep.datasets.toml_file import read_toml
 
-__all__ = ["ADAPTERS", "Adapter", "Entry", "RawDataset", "read_dataset"]
+__all__ = ["ADAPTERS", "Adapter", "Draw", "Entry", "LabelFile", "RawDataset", "read_dataset"]
 
 ADAPTERS = {
     adapter.name: adapter for adapter in (minicoseg.ADAPTER, human_seg.ADAPTER, shrec_16.ADAPTER, *coseg.ADAPTERS)
@@ -19,16 +21,21 @@ ADAPTERS = {
 
 
 def read_dataset(
-    name: str, raw: Path | None = None, tell: Callable[[str], None] | None = None, *, make: bool = True
+    name: str,
+    raw: Path | None = None,
+    tell: Callable[[str], None] | None = None,
+    *,
+    make: bool = True,
+    draw: Draw = Draw(),  # noqa: B008  frozen
 ) -> RawDataset:
     """What `meshshard features NAME --raw DIR` means: a known name, a .toml file, a folder, or one mesh file.
 
     Folders and files may lie behind URLs, s3://bucket/folder say. A known data set is looked for in `raw`, by default
-    data/raw/NAME, and made there if it can be generated, unless `make` is false; `tell` is told so. UsageError says
-    where the files come from and what to type.
+    data/raw/NAME, and made there if it can be generated, unless `make` is false; `tell` is told so. `draw` says which
+    of its splits is meant, where there are several. UsageError says where the files come from and what to type.
     """
     if name in ADAPTERS:
-        adapter, root = ADAPTERS[name], listed(raw or Path("data/raw") / name)
+        adapter, root = ADAPTERS[name], listed(raw or Path("data/raw") / (ADAPTERS[name].folder or name))
         if make and adapter.generate and not adapter.is_complete(root):
             if isinstance(root, RemotePath):
                 raise UsageError(f"{name} is made on this machine only, and {root} does not hold it; leave out --raw")
@@ -40,7 +47,7 @@ def read_dataset(
                 f"the raw files of {name} are not in {root}. They come from {adapter.origin} ({adapter.licence}). "
                 f"Unpack them there, or say where they are: make features DATASET={name} RAW=<folder>"
             )
-        return adapter.read(root)
+        return _known(adapter, adapter.read(root), draw)
     if not name:
         raise UsageError("a data set is a known name, a folder, a mesh file or a .toml file; an empty name is none")
     path = listed(to_path(name))
@@ -54,3 +61,21 @@ def read_dataset(
         f"{name!r} is no known data set, and no folder, mesh or .toml file of that name was found; "
         f"known are {', '.join(ADAPTERS)}"
     )
+
+
+def _known(adapter: Adapter, found: RawDataset, draw: Draw) -> RawDataset:
+    """What was read, with what is known about the data set: its licence, its splits, what is missing."""
+    notes = (*found.notes, *_counted(adapter, found))
+    found = replace(found, licence=adapter.licence, citation=adapter.citation, notes=notes)
+    return adapter.split(found, draw) if adapter.split else found
+
+
+def _counted(adapter: Adapter, found: RawDataset) -> list[str]:
+    """A sentence for each number of meshes or classes that is not the published one."""
+    counts = Counter(entry.split for entry in found.entries) | Counter({"classes": len(found.classes)})
+    words = {what: what if what == "classes" else f"{what} meshes".strip() for what in adapter.expected}
+    return [
+        f"{adapter.name} has {expected} {words[what]}, and {counts[what]} were found"
+        for what, expected in adapter.expected.items()
+        if counts[what] != expected
+    ]

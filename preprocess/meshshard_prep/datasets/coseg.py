@@ -23,13 +23,13 @@ def read_set(root: Path, shape: str) -> RawDataset:
 
 def _counted(entry: Entry, parts: int) -> Entry:
     """The archive the paper used labels faces and counts from 0; MeshCNN's own labels edges and counts from 1."""
-    if entry.labels is None or not entry.labels.is_file():
+    if entry.labels is None or not entry.labels.path.is_file():
         return entry
     faces = sum(line.startswith(b"f ") for line in entry.path.read_bytes().splitlines())
-    lines = len(entry.labels.read_bytes().split())
+    lines = len(entry.labels.path.read_bytes().split())
     first, domain = (0, "face") if lines == faces else (1, "edge")
-    table = {first + part: part for part in range(parts)}
-    return replace(entry, label_classes=table, label_domains=(domain,))
+    table: dict[int | str, int] = {first + part: part for part in range(parts)}
+    return replace(entry, labels=replace(entry.labels, classes=table, domains=(domain,)))
 
 
 def read_all(root: Path) -> RawDataset:
@@ -42,9 +42,11 @@ def read_all(root: Path) -> RawDataset:
     for shape in PARTS:
         part = read_set(root, shape)
         for entry in part.entries:
-            table = {value: len(classes) + number for value, number in entry.label_classes.items()}
+            assert entry.labels is not None
+            table = {value: len(classes) + number for value, number in entry.labels.classes.items()}
+            labels = replace(entry.labels, classes=table)
             entries.append(
-                replace(entry, id=f"{shape}/{entry.id}", source=f"coseg_{shape}/{entry.source}", label_classes=table)
+                replace(entry, id=f"{shape}/{entry.id}", source=f"coseg_{shape}/{entry.source}", labels=labels)
             )
         classes += part.classes
     return RawDataset(name="coseg", task="segmentation", classes=tuple(classes), entries=tuple(entries))

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from meshshard.errors import UsageError
-from meshshard_prep.datasets.layout import DOMAINS, SPLITS, Entry, RawDataset
+from meshshard_prep.datasets.layout import DOMAINS, SPLITS, Entry, LabelFile, RawDataset
 from meshshard_prep.formats import MESH_SUFFIXES
 from meshshard_prep.labels import class_table
 
@@ -31,7 +31,7 @@ def read_folder(
     if not paths:
         raise UsageError(f"{root} holds no mesh: no file ends in {', '.join(MESH_SUFFIXES)}")
     beside = {} if single else {path: found for path in paths if (found := labels_beside(path))}
-    names, table = class_table(list(beside.values()), classes, root)
+    names, table = class_table([LabelFile(path=found) for found in beside.values()], classes, root)
     stems = [path.relative_to(base).with_suffix("").as_posix() for path in paths]
     of_stem = Counter(stems)
     entries = []
@@ -44,9 +44,11 @@ def read_folder(
                 path=path,
                 source=source,
                 split=top if top in SPLITS and top != source else "",
-                labels=beside.get(path, path.with_suffix(LABEL_SUFFIXES[0])) if beside else None,
-                label_classes=table,
-                label_domains=domains,
+                labels=LabelFile(
+                    path=beside.get(path, path.with_suffix(LABEL_SUFFIXES[0])), classes=table, domains=domains
+                )
+                if beside
+                else None,
             )
         )
     return RawDataset(

@@ -27,6 +27,7 @@ ADAPTER = Adapter(
     licence="research only; parts derive from FAUST and SCAPE, which forbid redistribution",
     citation="Maron et al. 2017, Convolutional Neural Networks on Surfaces via Seamless Toric Covers",
     origin="the human_seg archive that MeshCNN's scripts/human_seg/get_data.sh loads",
+    expected={"train": 381, "test": 18},
     read=lambda root: read_segmentation(
         root, name="human_seg", classes=PARTS, first_value=1, domains=("edge",), group_of=group_of
     ),

@@ -1,7 +1,7 @@
 """What an adapter says about a raw data set: which files belong together, what the labels mean."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 SPLITS = ("train", "val", "test")
@@ -12,13 +12,31 @@ DOMAINS = ("face", "edge", "vertex")
 
 
 @dataclass(frozen=True, kw_only=True)
+class LabelFile:
+    """Where the labels of a mesh are, and what they mean.
+
+    `path`: the file, which may be the mesh file itself. `form`: how labels are written there, a key of
+    `meshshard_prep.labels.FORMS`; `name`: of the property or column, for forms that have some. `classes`: what is
+    written -> class index, -1 for unlabelled. `domains`: what the file may count, of "face", "edge", "vertex".
+    `to`: "face" or "vertex", what the labels are converted to; empty: edges' become faces', others stay.
+    """
+
+    path: Path
+    form: str = "lines"
+    name: str = ""
+    classes: Mapping[int | str, int] = field(default_factory=dict)
+    domains: tuple[str, ...] = DOMAINS
+    to: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Entry:
     """One mesh of a data set.
 
     `source`: its path below the raw folder. `split`: as shipped, "" for none. `group`: the subject or sequence it
-    belongs to, "" for none known. `mesh_label`: class of the whole mesh, -1 for none. `labels`: its label file;
-    `label_classes`: integer in that file -> class index; `label_domains`: what the file may count, of "face",
-    "edge", "vertex".
+    belongs to, "" for none known. `mesh_label`: class of the whole mesh, -1 for none. `labels`: of its parts.
+    `correspondence`: the file that names its vertex for each vertex of a template, 1-based, a line each; the mesh
+    file itself where the mesh has the template's own vertices, in its order.
     """
 
     id: str
@@ -27,31 +45,61 @@ class Entry:
     split: str = ""
     group: str = ""
     mesh_label: int = -1
-    labels: Path | None = None
-    label_classes: Mapping[int, int] = field(default_factory=dict)
-    label_domains: tuple[str, ...] = ()
+    labels: LabelFile | None = None
+    correspondence: Path | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class RawDataset:
-    """A raw data set as found in its folder. `task`: "segmentation", "classification" or "unlabelled"."""
+    """A raw data set as found in its folder.
+
+    `task`: "segmentation", "classification", "correspondence" or "unlabelled". `colours`: hexadecimal, one a class,
+    or none. `drawn`: id -> split, where splits are other than the entries' own; `split_rule` says how. `notes`: what
+    is missing or odd, as sentences for the user.
+    """
 
     name: str
     task: str
     classes: tuple[str, ...]
     entries: tuple[Entry, ...]
+    colours: tuple[str, ...] = ()
+    licence: str = ""
+    citation: str = ""
+    drawn: Mapping[str, str] | None = None
+    split_rule: str = "as shipped"
+    notes: tuple[str, ...] = ()
+
+    @property
+    def splits(self) -> dict[str, str]:
+        """Id -> split: as drawn, or as shipped."""
+        return {entry.id: entry.split for entry in self.entries} if self.drawn is None else dict(self.drawn)
 
 
 def without_labels(dataset: RawDataset) -> RawDataset:
     """The meshes alone."""
-    entries = [Entry(id=entry.id, path=entry.path, source=entry.source) for entry in dataset.entries]
-    return RawDataset(name=dataset.name, task="unlabelled", classes=(), entries=tuple(entries))
+    entries = tuple(Entry(id=entry.id, path=entry.path, source=entry.source) for entry in dataset.entries)
+    return replace(
+        dataset, task="unlabelled", classes=(), colours=(), entries=entries, drawn=None, split_rule="as shipped"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Draw:
+    """Which of its possible splits a data set shall have: drawn by `seed`, or the one that tests on fold `fold`."""
+
+    seed: int = 0
+    fold: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Adapter:
-    """A data set that is known by name. `read` takes the raw folder; `generate`, where there is one, makes what
-    `is_complete` misses in it."""
+    """A data set that is known by name.
+
+    `read` takes the raw folder; `generate`, where there is one, makes what `is_complete` misses in it. `split`, where
+    splits are not shipped, gives them. `expected`: number of meshes of each split (as shipped, "" for none), and
+    "classes" where folders are the classes; what differs is told. `folder`: name of its raw folder, where that is
+    another data set's.
+    """
 
     name: str
     summary: str
@@ -61,3 +109,6 @@ class Adapter:
     read: Callable[[Path], RawDataset]
     generate: Callable[[Path], None] | None = None
     is_complete: Callable[[Path], bool] = Path.is_dir
+    split: Callable[[RawDataset, Draw], RawDataset] | None = None
+    expected: Mapping[str, int] = field(default_factory=dict)
+    folder: str = ""

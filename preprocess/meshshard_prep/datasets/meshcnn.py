@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from meshshard.errors import UsageError
-from meshshard_prep.datasets.layout import SPLITS, Entry, RawDataset
+from meshshard_prep.datasets.layout import SPLITS, Entry, LabelFile, RawDataset
 from meshshard_prep.formats import MESH_SUFFIXES
 from meshshard_prep.labels import class_table
 
@@ -26,7 +26,8 @@ def read_segmentation(
     if not found:
         raise UsageError(f"{root} is not in MeshCNN's segmentation layout: no meshes in {root / 'train'} or test/")
     if first_value is None:
-        classes, table = class_table([label for _, _, label in found if label.is_file()], classes, root)
+        files = [LabelFile(path=label) for _, _, label in found if label.is_file()]
+        classes, table = class_table(files, classes, root)
     else:
         table = {first_value + number: number for number in range(len(classes))}
     entries = [
@@ -36,9 +37,7 @@ def read_segmentation(
             source=f"{split}/{path.name}",
             split=split,
             group=group_of(path.stem) if group_of else "",
-            labels=label,
-            label_classes=table,
-            label_domains=domains,
+            labels=LabelFile(path=label, classes=table, domains=domains),
         )
         for split, path, label in found
     ]

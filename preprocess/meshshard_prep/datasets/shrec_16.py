@@ -9,5 +9,6 @@ ADAPTER = Adapter(
     licence="research only; no licence stated",
     citation="Lian et al. 2011, SHREC'11 Track: Shape Retrieval on Non-rigid 3D Watertight Meshes",
     origin="the shrec_16 archive that MeshCNN's scripts/shrec/get_data.sh loads",
+    expected={"train": 480, "test": 120, "classes": 30},
     read=lambda root: read_classification(root, name="shrec_16"),
 )

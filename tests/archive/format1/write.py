@@ -44,6 +44,9 @@ def full():
             mesh_label=label,
             face_labels=(np.arange(len(faces)) % 4 - 1).astype("i2"),
             vertex_labels=(np.arange(len(vertices)) % 3).astype("i2"),
+            vertex_source=np.arange(len(vertices), dtype="i4")[::-1].copy(),
+            correspondence=np.array([3, -1, 0], dtype="i4"),
+            label_rule="kept",
         )
 
 

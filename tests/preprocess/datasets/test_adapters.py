@@ -38,9 +38,9 @@ def test_human_seg(tmp_path):
         ("train/scape__mesh000", "train", "SCAPE", "train/scape__mesh000.obj"),
         ("test/shrec__1", "test", "shrec__1", "test/shrec__1.obj"),
     ]
-    assert dataset.entries[0].label_classes == {value: value - 1 for value in range(1, 9)}
-    assert dataset.entries[0].label_domains == ("edge",)
-    assert dataset.entries[0].labels == root / "seg" / "scape__mesh000.eseg"
+    assert dataset.entries[0].labels.classes == {value: value - 1 for value in range(1, 9)}
+    assert dataset.entries[0].labels.domains == ("edge",)
+    assert dataset.entries[0].labels.path == root / "seg" / "scape__mesh000.eseg"
 
 
 def test_human_groups():
@@ -58,8 +58,8 @@ def test_coseg_set(tmp_path, first):
     for root in (tmp_path, tmp_path / "coseg_vases"):
         dataset = read_dataset("coseg_vases", root)
         assert dataset.classes == tuple(f"vases part {part}" for part in range(4))
-        assert dataset.entries[0].label_classes == {first + part: part for part in range(4)}
-        assert dataset.entries[0].label_domains == (("face",) if first == 0 else ("edge",))
+        assert dataset.entries[0].labels.classes == {first + part: part for part in range(4)}
+        assert dataset.entries[0].labels.domains == (("face",) if first == 0 else ("edge",))
 
 
 def test_coseg_is_all_three_sets(tmp_path):
@@ -68,7 +68,7 @@ def test_coseg_is_all_three_sets(tmp_path):
     dataset = read_dataset("coseg", tmp_path)
     assert len(dataset.classes) == 11
     assert [e.id for e in dataset.entries] == [f"{s}/{i}" for s in PARTS for i in ("train/1", "test/2")]
-    assert dataset.entries[-1].label_classes == {0: 7, 1: 8, 2: 9, 3: 10}
+    assert dataset.entries[-1].labels.classes == {0: 7, 1: 8, 2: 9, 3: 10}
     assert dataset.entries[-1].source == "coseg_vases/test/2.obj"
 
 
@@ -106,8 +106,9 @@ def test_folder_with_labels_and_splits(tmp_path):
     dataset = read_dataset(str(tmp_path))
     assert (dataset.task, dataset.classes) == ("segmentation", ("2", "5"))
     train, test = sorted(dataset.entries, key=lambda e: e.split, reverse=True)
-    assert (train.split, train.label_classes, train.labels) == ("train", {2: 0, 5: 1}, tmp_path / "train" / "a.seg")
-    assert test.labels == tmp_path / "test" / "a.seg"  # not there: that mesh will be refused
+    assert (train.split, train.labels.classes) == ("train", {2: 0, 5: 1})
+    assert train.labels.path == tmp_path / "train" / "a.seg"
+    assert test.labels.path == tmp_path / "test" / "a.seg"  # not there: that mesh will be refused
 
 
 def test_one_mesh_file(tmp_path):
@@ -136,7 +137,7 @@ def test_toml(tmp_path):
     file.write_text('layout = "meshcnn-segmentation"\nraw = "raw"\nclasses = ["a", "b"]\nlabel_domain = "face"\n')
     dataset = read_dataset(str(file))
     assert (dataset.name, dataset.classes) == ("my", ("a", "b"))
-    assert dataset.entries[0].label_domains == ("face",)
+    assert dataset.entries[0].labels.domains == ("face",)
     file.write_text('name = "x"\nraw = "raw"\n')
     assert read_dataset(str(file)).name == "x"
     assert len(read_dataset(str(file), tmp_path / "raw" / "train").entries) == 1

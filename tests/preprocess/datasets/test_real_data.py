@@ -7,7 +7,7 @@ import pytest
 
 from meshshard_prep.datasets import read_dataset
 from meshshard_prep.formats import parse_mesh
-from meshshard_prep.labels import labels_of, parse_labels
+from meshshard_prep.labels import read_labels
 
 
 @pytest.mark.data
@@ -18,10 +18,9 @@ def test_human_seg_labels(data_root):
     open_faces = 0
     for entry in dataset.entries:
         mesh = parse_mesh(entry.path.read_bytes(), entry.source)
-        lines = parse_labels(entry.labels.read_bytes(), entry.label_classes, entry.labels.name)
-        found = labels_of(mesh, lines, entry.label_domains, entry.labels.name)
+        found = read_labels(entry.labels, entry.labels.path.read_bytes(), mesh)
         assert found.domain == "edge"
-        expected = labels_by_another_road(entry.path, entry.labels)
+        expected = labels_by_another_road(entry.path, entry.labels.path)
         np.testing.assert_array_equal(found.faces, expected, err_msg=entry.id)
         open_faces += int((found.faces < 0).sum())
     assert open_faces == 2  # of 598,500

@@ -57,7 +57,7 @@ def labels_of(mesh: RawMesh, lines: Int64[np.ndarray, " L"], domains: tuple[str,
             f"a label file has one line for each of the mesh's {expected}",
             f"it has {len(lines)} lines",
             place=place,
-            advice="say label_domain in the data set's TOML file"
+            advice="say labels.domain in the data set's TOML file"
             if fits
             else "pair each mesh with the label file made for it",
         )

@@ -36,7 +36,8 @@ def patterns_of(meshes: Sequence[str], others: Collection[str]) -> list[Pattern]
     tried = [text for text, _ in suggested.most_common(MOST_PATTERNS)]
     while tried:
         covered = {text: _files(text, meshes, left) for text in tried}
-        best = min(tried, key=lambda text: (-len(covered[text]), "/.." in text, len(text), text))
+        # files, not meshes: chairs/1 and vases/1 do not share a file
+        best = min(tried, key=lambda text: (-len({*covered[text].values()}), "/.." in text, len(text), text))
         if not covered[best]:
             break
         found.append(Pattern(text=best, files=covered[best]))

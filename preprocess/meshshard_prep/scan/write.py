@@ -41,6 +41,8 @@ def _label_lines(findings: Findings, reading: Reading) -> list[str]:
         table = ["", "[labels]", *(doubt if ambiguous else []), *_labelling(reading.labelling)]
         for other in reading.others:
             table += ["# or", *(f"# {line}" for line in _labelling(other))]
+        if reading.others:
+            return table  # their labels differ: `features` finds the classes of those that are kept
         return table + _classes(findings, reading.labelling, [] if ambiguous else doubt)
     if reading.kind == "class list":
         return ["", "[labels]", f"mesh = {_quoted(findings.lists.classes)}  # the class of each mesh"]

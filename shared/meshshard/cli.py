@@ -23,6 +23,7 @@ VERBS = (
     "evaluate",
     "predict",
     "export",
+    "generate",
     "bench",
 )
 """Order in `--help`; verbs that others add follow."""

@@ -20,6 +20,7 @@ LEAST_TO_SPLIT = 4
 """Fewer meshes are not split."""
 
 EDIT = "# EDIT: "
+GROUP = "# group = '(.*)_pose'  # meshes of one group are never in two drawn splits"
 
 
 def toml_of(findings: Findings, reading: Reading, name: str, raw: str) -> str:
@@ -93,13 +94,13 @@ def _split_lines(findings: Findings, reading: Reading) -> list[str]:
     lists = findings.lists.splits
     if set(findings.splits) != {""}:
         shares = [f"{count} {split or 'in none'}" for split, count in findings.splits.items()]
-        return ["", f"# splits by folders: {', '.join(shares)}"]
+        return ["", f"# splits by folders: {', '.join(shares)}", "# [splits]", GROUP]
     if "test" in lists or "train" in lists:
         return ["", "[splits]", *(f"{split} = {_quoted(file)}" for split, file in lists.items())]
     shares_line = "fractions = { train = 0.7, val = 0.15, test = 0.15 }  # drawn by --split-seed; or: folds = 5"
     if reading.kind == "none" or len(findings.entries) < LEAST_TO_SPLIT:
         return []
-    return ["", "[splits]", shares_line, "# group = '^(.*)_pose'  # meshes of one group stay together"]
+    return ["", "[splits]", shares_line, GROUP]
 
 
 def _quoted(text: object) -> str:

@@ -3,7 +3,7 @@
 from collections import Counter
 
 import pytest
-from shapes import tetrahedron, write_obj
+from shapes import tetrahedron, write_labels, write_obj
 
 from meshshard.errors import UsageError
 from meshshard_prep.datasets import Draw, read_dataset
@@ -62,6 +62,16 @@ def test_fractions_are_drawn_by_seed_and_class_by_class(raw):
         **{("val", 0): 3, ("val", 1): 3, ("test", 0): 3, ("test", 1): 3},
     }
     assert split(raw, text).splits == found.splits != split(raw, text, seed=1).splits
+
+
+def test_folders_with_classes_of_their_own_are_split_in_the_same_shares(raw):
+    for mesh in raw.rglob("*.obj"):
+        write_labels(mesh.with_suffix(".seg"), [1, 1, 2, 2])
+    text = "[classes.class0]\na = 1\nb = 2\n[classes.class1]\nc = 1\nd = 2\n[splits]\nfolds = 5\n"
+    found = split(raw, text)
+    assert found.split_rule.endswith("class by class")
+    assert Counter(name[:6] for name, part in found.splits.items() if part == "test") == {"class0": 3, "class1": 3}
+    assert split(raw, "[splits]\nfolds = 5\n").split_rule == "fold 0 of 5 is test, drawn by seed"
 
 
 @pytest.mark.parametrize("seed", range(5))

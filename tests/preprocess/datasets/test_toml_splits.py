@@ -55,7 +55,7 @@ def test_list_files_lie_below_raw(raw):
 def test_fractions_are_drawn_by_seed_and_class_by_class(raw):
     text = '[labels]\nmesh = "folder"\n[splits]\nfractions = { train = 0.6, val = 0.2, test = 0.2 }\n'
     found = split(raw, text)
-    assert found.split_rule == "drawn by seed, class by class: 0.6 train, 0.2 val, 0.2 test"
+    assert found.split_rule == "drawn by seed, class by class: 0.2 test, 0.2 val, 0.6 train"
     label = {entry.id: entry.mesh_label for entry in found.entries}
     assert Counter((part, label[name]) for name, part in found.splits.items()) == {
         **{("train", 0): 9, ("train", 1): 9},

@@ -75,7 +75,8 @@ def _fractions(document: Document) -> dict[str, float]:
             raise document.wrong("splits.fractions", rule, split)
     if not math.isclose(sum(fractions.values()), 1, abs_tol=1e-6):
         raise document.wrong("splits.fractions", f"sum to 1, not {sum(fractions.values()):g}")
-    return dict(fractions)
+    # train last: it takes what rounding leaves, and of few meshes the others get one each
+    return {split: fractions[split] for split in reversed(SPLITS) if split in fractions}
 
 
 def _by_lists(document: Document, dataset: RawDataset, root: Path) -> RawDataset:

@@ -7,6 +7,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
+from meshshard_prep.datasets.own.labels import filled_in
+
 MOST_CUTS = 3
 """How many parts of a file's name may be more than the mesh's name."""
 
@@ -47,13 +49,7 @@ def patterns_of(meshes: Sequence[str], others: Collection[str]) -> list[Pattern]
 
 
 def _files(text: str, meshes: Sequence[str], there: Collection[str]) -> dict[str, str]:
-    found = {}
-    for mesh in meshes:
-        path = PurePosixPath(mesh)
-        place = text.format(stem=path.stem, name=path.name, folder=path.parent.as_posix())
-        if (place := posixpath.normpath(place)) in there:
-            found[mesh] = place
-    return found
+    return {mesh: place for mesh in meshes if (place := filled_in(text, mesh)) in there}
 
 
 def _suggestions(other: str, by_stem: dict[str, list[str]]) -> list[str]:
@@ -73,7 +69,9 @@ def _suggestions(other: str, by_stem: dict[str, list[str]]) -> list[str]:
     if path.parent == mesh.parent:
         return [f"{{folder}}/{name}"] + ([name] if path.parent == PurePosixPath(".") else [])
     there = posixpath.relpath(path.parent.as_posix(), mesh.parent.as_posix())
-    return [(path.parent / name).as_posix(), f"{{folder}}/{there}/{name}"]
+    found = [(path.parent / name).as_posix(), f"{{folder}}/{there}/{name}"]
+    mirrored = len(path.parts) > 2 and path.parts[1:-1] == mesh.parts[1:-1]
+    return [*found, f"{path.parts[0]}/{{below}}/{name}"] if mirrored else found
 
 
 def _stems(name: str) -> list[str]:

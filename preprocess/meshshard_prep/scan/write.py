@@ -20,7 +20,6 @@ LEAST_TO_SPLIT = 4
 """Fewer meshes are not split."""
 
 EDIT = "# EDIT: "
-GROUP = "# group = '(.*)_pose'  # meshes of one group are never in two drawn splits"
 
 
 def toml_of(findings: Findings, reading: Reading, name: str, raw: str) -> str:
@@ -94,13 +93,19 @@ def _split_lines(findings: Findings, reading: Reading) -> list[str]:
     lists = findings.lists.splits
     if set(findings.splits) != {""}:
         shares = [f"{count} {split or 'in none'}" for split, count in findings.splits.items()]
-        return ["", f"# splits by folders: {', '.join(shares)}", "# [splits]", GROUP]
+        return ["", f"# splits by folders: {', '.join(shares)}", "# [splits]", _group(findings, reading)]
     if "test" in lists or "train" in lists:
         return ["", "[splits]", *(f"{split} = {_quoted(file)}" for split, file in lists.items())]
     shares_line = "fractions = { train = 0.7, val = 0.15, test = 0.15 }  # drawn by --split-seed; or: folds = 5"
     if reading.kind == "none" or len(findings.entries) < LEAST_TO_SPLIT:
         return []
-    return ["", "[splits]", shares_line, GROUP]
+    return ["", "[splits]", shares_line, _group(findings, reading)]
+
+
+def _group(findings: Findings, reading: Reading) -> str:
+    """A hint for meshes that must stay together: those of a folder, or whose names begin alike."""
+    text = "(.*)/" if findings.folders and reading.kind == "labels" else "(.*)_pose"
+    return f"# group = '{text}'  # meshes whose paths have the same text here are never in two drawn splits"
 
 
 def _quoted(text: object) -> str:

@@ -86,10 +86,15 @@ def test_groups_stay_together(raw, way, seed):
     assert all(len(part) == 1 for part in parts.values())
 
 
-def test_a_group_also_keeps_together_what_a_run_draws_later(raw):
-    assert {entry.group for entry in split(raw, "[splits]\ngroup = '(s0)_'\n").entries if "s1" not in entry.id} > {
-        "s0"
-    }
+def test_of_few_meshes_each_split_gets_one(raw):
+    found = split(raw, "meshes = '*/s0*'\n[splits]\nfractions = { train = 0.7, val = 0.15, test = 0.15 }\n")
+    assert Counter(found.splits.values()) == {"train": 3, "val": 1, "test": 1}
+
+
+def test_groups_are_handed_to_what_a_run_draws_later(raw):
+    groups = {entry.id: entry.group for entry in split(raw, "[splits]\ngroup = '(s[01])_'\n").entries}
+    assert {groups[name] for name in groups if "/s1_" in name} == {"s1"}
+    assert groups["class0/s2_pose0"] == "class0/s2_pose0"
 
 
 def test_every_mesh_is_tested_in_one_fold(raw):

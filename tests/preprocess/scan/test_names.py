@@ -12,6 +12,7 @@ from meshshard_prep.scan.names import patterns_of
         ({"x/a.obj": "x/a.seg", "y/b.obj": "y/b.seg"}, "{folder}/{stem}.seg"),
         ({"x/1.off": "gt/1.seg", "y/2.off": "gt/2.seg"}, "gt/{stem}.seg"),
         ({"c/x/1.off": "c/gt/1.seg", "d/x/1.off": "d/gt/1.seg"}, "{folder}/../gt/{stem}.seg"),
+        ({"m/train/a.obj": "l/train/a.txt", "m/test/x/a.obj": "l/test/x/a.txt"}, "l/{below}/{stem}.txt"),
         ({"a.obj": "a.obj.txt", "b.off": "b.off.txt"}, "{name}.txt"),
         ({"1.off": "1_labels.txt", "10.off": "10_labels.txt"}, "{stem}_labels.txt"),
         ({"1.off": "seg/part_of-1.txt", "1-2.off": "seg/part_of-1-2.txt"}, "seg/part_of-{stem}.txt"),

@@ -28,6 +28,10 @@ REFUSALS = {
     "no-labels": "The label file that the layout asks for is not there.",
     "bad-label": "A line of the label file is not an integer, or not one of the data set's classes.",
     "label-count": "The label file has as many lines as the mesh has neither faces, nor edges, nor vertices.",
+    # correspondence
+    "no-correspondence": "The file that says which vertex is which of a template is not there.",
+    "bad-correspondence": "A line of that file is not a vertex of the mesh.",
+    "correspondence-count": "A mesh names more or fewer vertices than its data set's template has.",
 }
 """Stable code of every refusal -> what it means. docs/refusals.md is checked against this table."""
 

@@ -36,7 +36,7 @@ class Entry:
     `source`: its path below the raw folder. `split`: as shipped, "" for none. `group`: the subject or sequence it
     belongs to, "" for none known. `mesh_label`: class of the whole mesh, -1 for none. `labels`: of its parts.
     `correspondence`: the file that names its vertex for each vertex of a template, 1-based, a line each; the mesh
-    file itself where the mesh has the template's own vertices, in its order.
+    file itself where the mesh has the template's own vertices, in its order. `template`: how many vertices that has.
     """
 
     id: str
@@ -47,6 +47,7 @@ class Entry:
     mesh_label: int = -1
     labels: LabelFile | None = None
     correspondence: Path | None = None
+    template: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)

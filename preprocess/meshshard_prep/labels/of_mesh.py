@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Int16, Int64
 
 from meshshard.errors import InvalidMesh
-from meshshard_prep.datasets.layout import LabelFile
 from meshshard_prep.features.edges import edges_of
 from meshshard_prep.labels.forms import FORMS
+from meshshard_prep.labels.label_file import LabelFile
 from meshshard_prep.mesh import RawMesh
 
 PLURAL = {"face": "faces", "edge": "edges", "vertex": "vertices"}

@@ -1,9 +1,5 @@
 """Which vertex of a mesh lies at each vertex of a template: read, checked, never guessed."""
 
-from collections import Counter
-from collections.abc import Iterable
-from pathlib import Path
-
 import numpy as np
 from jaxtyping import Int32
 
@@ -53,12 +49,6 @@ def _read(data: bytes, vertices: int, place: str) -> np.ndarray:
             )
         found[number] = value if value == NONE else value - 1
     return found
-
-
-def template_size(files: Iterable[Path]) -> int:
-    """Vertices of the template: the number of lines that most of the files have, 0 for no files."""
-    counts = Counter(len(file.read_bytes().rstrip().splitlines()) for file in files if file.is_file())
-    return counts.most_common(1)[0][0] if counts else 0
 
 
 def check_vertices_stay(dataset: RawDataset, recipe: Recipe) -> None:

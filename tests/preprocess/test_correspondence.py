@@ -11,8 +11,8 @@ from meshshard import open_dataset
 from meshshard.errors import UsageError
 from meshshard.recipe import RECIPES
 from meshshard.verify import verify
-from meshshard_prep.correspondence import template_size
 from meshshard_prep.datasets import Entry, RawDataset
+from meshshard_prep.datasets.faust_scape import template_size
 from meshshard_prep.run import run
 
 LIGHT = replace(RECIPES["paper"], name="light", times=(0.1, 1.0), hks_tolerance=1e-2)

@@ -7,7 +7,19 @@ from pathlib import Path
 
 from meshshard.errors import UsageError
 from meshshard.remote import RemotePath, listed, to_path
-from meshshard_prep.datasets import coseg, human_seg, minicoseg, shrec_16
+from meshshard_prep.datasets import (
+    coseg,
+    coseg_original,
+    cubes,
+    faust_scape,
+    human_original,
+    human_seg,
+    intra,
+    minicoseg,
+    modelnet,
+    psb,
+    shrec11,
+)
 from meshshard_prep.datasets.folder import read_folder
 from meshshard_prep.datasets.layout import Adapter, Draw, Entry, LabelFile, RawDataset
 from meshshard_prep.datasets.toml_file import read_toml
@@ -15,7 +27,20 @@ from meshshard_prep.datasets.toml_file import read_toml
 __all__ = ["ADAPTERS", "Adapter", "Draw", "Entry", "LabelFile", "RawDataset", "read_dataset"]
 
 ADAPTERS = {
-    adapter.name: adapter for adapter in (minicoseg.ADAPTER, human_seg.ADAPTER, shrec_16.ADAPTER, *coseg.ADAPTERS)
+    adapter.name: adapter
+    for adapter in (
+        minicoseg.ADAPTER,
+        human_seg.ADAPTER,
+        human_original.ADAPTER,
+        *coseg.ADAPTERS,
+        *coseg_original.ADAPTERS,
+        intra.ADAPTER,
+        *psb.ADAPTERS,
+        *shrec11.ADAPTERS,
+        *modelnet.ADAPTERS,
+        cubes.ADAPTER,
+        *faust_scape.ADAPTERS,
+    )
 }
 """Every data set known by name."""
 

@@ -24,6 +24,7 @@ def _read(root: Path) -> RawDataset:
 
 ADAPTER = Adapter(
     name="minicoseg",
+    page="minicoseg",
     summary="generated chairs, vases and aliens, 10 parts, 135 meshes of 500 to 1500 faces",
     licence="none needed: made from a seed",
     citation="meshshard",

@@ -22,7 +22,7 @@ from meshshard_prep.datasets import (
 )
 from meshshard_prep.datasets.folder import read_folder
 from meshshard_prep.datasets.layout import Adapter, Draw, Entry, LabelFile, RawDataset
-from meshshard_prep.datasets.toml_file import read_toml
+from meshshard_prep.datasets.own import read_toml
 
 __all__ = ["ADAPTERS", "Adapter", "Draw", "Entry", "LabelFile", "RawDataset", "read_dataset"]
 
@@ -77,7 +77,7 @@ def read_dataset(
         raise UsageError("a data set is a known name, a folder, a mesh file or a .toml file; an empty name is none")
     path = listed(to_path(name))
     if path.suffix == ".toml" and path.is_file():
-        return read_toml(path, raw)
+        return read_toml(path, raw, draw)
     if raw is not None:
         raise UsageError(f"--raw goes with a data set's name or a .toml file; {name!r} is neither")
     if path.exists():

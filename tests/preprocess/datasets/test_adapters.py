@@ -111,6 +111,18 @@ def test_folder_with_labels_and_splits(tmp_path):
     assert test.labels.path == tmp_path / "test" / "a.seg"  # not there: that mesh will be refused
 
 
+def test_folders_named_like_splits_are_splits_wherever_they_are(tmp_path):
+    for folder in ("train", "chair/Validation", "chair/testing/deep", "trains", "testing.obj"):
+        write_obj(tmp_path / folder / "a.obj", *box())
+    assert {e.id: e.split for e in read_dataset(str(tmp_path)).entries} == {
+        "train/a": "train",
+        "chair/Validation/a": "val",
+        "chair/testing/deep/a": "test",
+        "trains/a": "",
+        "testing.obj/a": "",
+    }
+
+
 def test_one_mesh_file(tmp_path):
     write_obj(tmp_path / "a.obj", *box())
     dataset = read_dataset(str(tmp_path / "a.obj"))
@@ -129,40 +141,6 @@ def test_two_label_files_are_refused(tmp_path):
     write_labels(tmp_path / "a.txt", [1])
     with pytest.raises(UsageError, match=r"two label files: a.seg and a.txt"):
         read_dataset(str(tmp_path))
-
-
-def test_toml(tmp_path):
-    segmentation_folder(tmp_path / "raw", {"train/1": box(), "test/2": box()}, [1, 2] * 6)
-    file = tmp_path / "my.toml"
-    file.write_text('layout = "meshcnn-segmentation"\nraw = "raw"\nclasses = ["a", "b"]\nlabel_domain = "face"\n')
-    dataset = read_dataset(str(file))
-    assert (dataset.name, dataset.classes) == ("my", ("a", "b"))
-    assert dataset.entries[0].labels.domains == ("face",)
-    file.write_text('name = "x"\nraw = "raw"\n')
-    assert read_dataset(str(file)).name == "x"
-    assert len(read_dataset(str(file), tmp_path / "raw" / "train").entries) == 1
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("nmae = 'x'", "unknown key 'nmae'; known are name"),
-        ("name = 3", "name is a str, not 3"),
-        ("layout = 'scan'", "layout is one of folder, meshcnn-segmentation"),
-        ("label_domain = 'corner'", "label_domain is one of face, edge, vertex"),
-        ("name = '../x'", r"name is letters, digits.*not '../x'"),
-        ("name = ''", "name is letters"),
-        ("classes = ['a', 'a']", "classes names 'a' twice"),
-        ("raw = 'nowhere'", "the raw folder .*nowhere is not there"),
-        ("name = ", "not a TOML file that can be read"),
-        ("layout = 'meshcnn-classification'\nclasses = ['a']", "the folders are the classes"),
-    ],
-)
-def test_toml_mistakes_are_named(tmp_path, text, message):
-    write_obj(tmp_path / "cat" / "train" / "a.obj", *box())
-    (tmp_path / "my.toml").write_text(text)
-    with pytest.raises(UsageError, match=message):
-        read_dataset(str(tmp_path / "my.toml"))
 
 
 def test_what_is_not_there_says_what_to_do(tmp_path, monkeypatch):

@@ -5,17 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from light import LIGHT
 from shapes import FAMILY, bumpy, write_labels, write_obj
 
 from meshshard import open_dataset
 from meshshard.errors import UsageError
-from meshshard.recipe import RECIPES
 from meshshard.verify import verify
 from meshshard_prep.datasets import Entry, RawDataset
-from meshshard_prep.datasets.faust_scape import template_size
 from meshshard_prep.run import run
-
-LIGHT = replace(RECIPES["paper"], name="light", times=(0.1, 1.0), hks_tolerance=1e-2)
 
 
 def remeshed(root, template, seeds=range(3)):
@@ -40,7 +37,7 @@ def entry(root, name, template):
 
 
 def test_corresponding_vertices_are_the_same_point(tmp_path):
-    dataset, _ = remeshed(tmp_path / "raw", template=50)
+    dataset, truth = remeshed(tmp_path / "raw", template=50)
     assert run(dataset, tmp_path / "out", LIGHT, jobs=1).ok
     samples = {sample.id: sample for sample in open_dataset(tmp_path / "out")}
     for name, places in truth.items():
@@ -109,11 +106,3 @@ def test_recipes_that_take_vertices_away_are_refused(tmp_path, change):
     dataset, _ = remeshed(tmp_path / "raw", template=3)
     with pytest.raises(UsageError, match=r"which vertex of each mesh file.*recipe light would take vertices away"):
         run(dataset, tmp_path / "out", replace(LIGHT, **change), jobs=1)
-
-
-def test_the_template_has_as_many_vertices_as_most_files_have_lines(tmp_path):
-    for name, lines in (("a", 4), ("b", 5), ("c", 5)):
-        write_labels(tmp_path / name, [1] * lines)
-    files = [tmp_path / name for name in "abcd"]
-    assert template_size(files) == 5
-    assert template_size([]) == 0

@@ -12,8 +12,8 @@ from meshshard_prep.datasets import (
     coseg_original,
     cubes,
     faust_scape,
-    human_original,
     human_seg,
+    human_seg_original,
     intra,
     minicoseg,
     modelnet,
@@ -31,7 +31,7 @@ ADAPTERS = {
     for adapter in (
         minicoseg.ADAPTER,
         human_seg.ADAPTER,
-        human_original.ADAPTER,
+        human_seg_original.ADAPTER,
         *coseg.ADAPTERS,
         *coseg_original.ADAPTERS,
         intra.ADAPTER,

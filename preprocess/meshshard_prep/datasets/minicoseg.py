@@ -29,6 +29,7 @@ ADAPTER = Adapter(
     licence="none needed: made from a seed",
     citation="meshshard",
     origin="made by `meshshard features minicoseg`; nothing to download",
+    expected={"train": 86, "val": 22, "test": 27},
     read=_read,
     generate=_generate,
     is_complete=lambda root: (root / "README.txt").is_file(),  # written last

@@ -108,7 +108,7 @@ DENSE = replace(
     UNDIVIDED,
     origin="SHREC11_test_database_new.zip of the track, and its file of categories",
     read=read_dense,
-    folder="shrec11_dense",
+    folder="shrec_11",
 )
 
 

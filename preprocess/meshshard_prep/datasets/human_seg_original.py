@@ -51,7 +51,7 @@ def read(root: Path) -> RawDataset:
         )
     folders = ("train/adobe", *SHARED_LABELS)
     return RawDataset(
-        name="human_original",
+        name="human_seg_original",
         task="segmentation",
         classes=PARTS,
         entries=tuple(entries),
@@ -64,7 +64,7 @@ def read(root: Path) -> RawDataset:
 
 
 ADAPTER = Adapter(
-    name="human_original",
+    name="human_seg_original",
     page="human_body",
     summary="human bodies as published, 8 parts, 381 + 18 meshes",
     licence=LICENCE,

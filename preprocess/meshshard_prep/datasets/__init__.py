@@ -91,7 +91,7 @@ def read_dataset(
 def _known(adapter: Adapter, found: RawDataset, draw: Draw) -> RawDataset:
     """What was read, with what is known about the data set: its licence, its splits, what is missing."""
     notes = (*found.notes, *_counted(adapter, found))
-    found = replace(found, licence=adapter.licence, citation=adapter.citation, notes=notes)
+    found = replace(found, name=adapter.name, licence=adapter.licence, citation=adapter.citation, notes=notes)
     return adapter.split(found, draw) if adapter.split else found
 
 

@@ -61,6 +61,7 @@ def test_redrawn(request, kind, train):
     name = f"{kind}_split{train}"
     dataset = read_dataset(name, root)
     assert dataset.notes == ()
+    assert dataset.name == name  # shards of one are not put where another's are
     assert dataset.split_rule == f"{train} of each class drawn for train by seed 0, the others test"
     counts = Counter((entry.mesh_label, dataset.splits[entry.id]) for entry in dataset.entries)
     assert counts == {

@@ -13,6 +13,7 @@ from meshshard.errors import MeshshardError
 
 VERBS = (
     "datasets",
+    "scan",
     "features",
     "doctor",
     "info",

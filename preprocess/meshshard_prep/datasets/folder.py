@@ -55,7 +55,7 @@ def mesh_entries(root: Path) -> tuple[Entry, ...]:
     """Every mesh file below `root`, or `root` itself if it is one, without labels. UsageError where there is none.
 
     Files and folders whose name begins with a dot are passed over; links to files are followed, links to folders not.
-    The split is that of the first folder on the way which is named like one.
+    The split is that of the first folder on the way which is named like one; there is none without train or test.
     """
     single = root.is_file()
     paths = [root] if single else sorted(mesh_files_below(root))
@@ -65,14 +65,17 @@ def mesh_entries(root: Path) -> tuple[Entry, ...]:
     sources = [path.relative_to(base) for path in paths]
     stems = [source.with_suffix("").as_posix() for source in sources]
     of_stem = Counter(stems)
+    splits = [split_of(source.parts[:-1]) for source in sources]
+    if not {"train", "test"} & set(splits):
+        splits = [""] * len(splits)  # a folder called valid may hold valid meshes
     return tuple(
         Entry(
             id=stem if of_stem[stem] == 1 else source.as_posix(),
             path=path,
             source=source.as_posix(),
-            split=split_of(source.parts[:-1]),
+            split=split,
         )
-        for path, source, stem in zip(paths, sources, stems, strict=True)
+        for path, source, stem, split in zip(paths, sources, stems, splits, strict=True)
     )
 
 

@@ -98,7 +98,7 @@ def labels_of(
             f"a label file has one label for each of the mesh's {expected}",
             f"it has {len(lines)}",
             place=place,
-            advice="say label_domain in the data set's TOML file"
+            advice="say labels.domain in the data set's TOML file"
             if fits
             else "pair each mesh with the label file made for it",
         )

@@ -39,6 +39,7 @@ def raw(tmp_path):
         ("meshes = 3", "1: meshes is a text in quotes or a list of them, not 3"),
         ("[labels]\ndomain = 'vertx'", "2: labels.domain is one of .*, not 'vertx'; do you mean 'vertex'"),
         ("[labels]\nform = 'line'", "2: labels.form is one of lines, .*, not 'line'; do you mean 'lines'"),
+        ("[labels]\nform = 'ply'", '2: labels.form is "ply": say with labels.name which property'),
         ("[labels]\nto = 'edge'", "2: labels.to is one of face, vertex, not 'edge'"),
         (
             "[labels]\nfiles = 'gt/{stem}.seg'",

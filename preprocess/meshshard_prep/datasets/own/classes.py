@@ -34,8 +34,9 @@ def with_classes(document: Document, entries: Sequence[Entry]) -> tuple[tuple[st
 
 def _found(document: Document, entries: Sequence[Entry], names: list[str]) -> tuple[tuple[str, ...], Table]:
     """Classes from the labels in the files, named by `names`, or as written."""
-    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
-        raise document.wrong("classes", f"names {twice[0]!r} twice", names.index(twice[0]))
+    for place, name in enumerate(names):
+        if name in names[:place]:
+            raise document.wrong("classes", f"names {name!r} twice", place)
     files = [entry.labels for entry in entries if entry.labels is not None and entry.labels.path.is_file()]
     ordered = list(class_table(files, (), document.path)[1])
     unlabelled = _unlabelled(document)

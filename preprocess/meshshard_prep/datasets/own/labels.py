@@ -10,7 +10,7 @@ from meshshard_prep.datasets.folder import LABEL_SUFFIXES, labels_beside
 from meshshard_prep.datasets.layout import DOMAINS, Entry, LabelFile
 from meshshard_prep.datasets.own.document import Document, near
 
-FORM_OF_SUFFIX = {".npy": "npy", ".json": "json"}
+FORM_OF_SUFFIX = {".npy": "npy", ".json": "json", ".ply": "ply"}
 """Suffix of a label file -> how labels are written in it; "lines" for any other."""
 
 IN_MESH = ("ply", "obj-group", "obj-material")
@@ -25,6 +25,8 @@ def with_label_files(document: Document, root: Path, entries: Sequence[Entry]) -
     UsageError: a pattern that is none, or that finds no file at all.
     """
     form = document.get("labels.form", "")
+    if form == "ply" and "labels.name" not in document:
+        raise document.wrong("labels.form", 'is "ply": say with labels.name which property of it the labels are')
     if form in IN_MESH and "labels.files" not in document:
         return tuple(replace(entry, labels=_label_file(document, entry.path)) for entry in entries)
     if "labels.files" in document:

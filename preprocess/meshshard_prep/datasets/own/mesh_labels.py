@@ -50,7 +50,7 @@ def _by_list(document: Document, path: Path, entries: Sequence[Entry]) -> tuple[
     written: dict[str, str] = {}
     strange = []
     for number, line in rows_of(path, document.place("labels.mesh")):
-        name, _, label = (part.strip().strip('"') for part in _parts(line))
+        name, label = parts_of_row(line)
         found = names.find(name) if label else []
         strange += [] if found else [(number, line)]
         for entry in found:
@@ -70,11 +70,12 @@ def _by_list(document: Document, path: Path, entries: Sequence[Entry]) -> tuple[
     return written, tuple(notes)
 
 
-def _parts(line: str) -> tuple[str, str, str]:
-    """Mesh, separator and class: what stands on either side of the last comma, semicolon, tab or, without one,
-    blank."""
-    match = re.fullmatch(r"(.*)([,;\t])(.*)", line) or re.fullmatch(r"(.*\S)(\s+)(\S+)", line)
-    return (match[1], match[2], match[3]) if match else (line, "", "")
+def parts_of_row(line: str) -> tuple[str, str]:
+    """Mesh and class: what stands on either side of the last comma, semicolon or tab, or, without one, blank. Both
+    without quotes; no class where there is no such sign."""
+    match = re.fullmatch(r"(.*)[,;\t](.*)", line) or re.fullmatch(r"(.*\S)\s+(\S+)", line)
+    mesh, label = (match[1], match[2]) if match else (line, "")
+    return mesh.strip().strip('"'), label.strip().strip('"')
 
 
 def _classes(document: Document, values: list[str]) -> tuple[tuple[str, ...], dict[str, int]]:

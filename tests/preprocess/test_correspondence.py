@@ -12,7 +12,10 @@ from meshshard import open_dataset
 from meshshard.errors import UsageError
 from meshshard.verify import verify
 from meshshard_prep.datasets import Entry, RawDataset
+from meshshard_prep.plan import make_plan
 from meshshard_prep.run import run
+from meshshard_train.commands import train
+from meshshard_train.graphs import graph_of
 
 
 def remeshed(root, template, seeds=range(3)):
@@ -97,8 +100,17 @@ def test_a_changed_file_computes_that_mesh_anew(tmp_path):
     run(dataset, tmp_path / "out", LIGHT, jobs=1)
     assert run(dataset, tmp_path / "out", LIGHT, jobs=1).computed == 0
     (tmp_path / "raw" / "corres" / "2.vts").write_text("7\n8\n9\n")
+    assert make_plan(dataset, tmp_path / "out", LIGHT).todo == {"2": "correspondence changed"}
     assert run(dataset, tmp_path / "out", LIGHT, jobs=1).computed == 1
     assert open_dataset(tmp_path / "out")[2].correspondence.tolist() == [6, 7, 8]
+
+
+def test_it_is_not_trained_on_and_its_graphs_have_no_labels(tmp_path):
+    dataset, _ = remeshed(tmp_path / "raw", template=3, seeds=[0])
+    run(dataset, tmp_path / "out", LIGHT, jobs=1)
+    with pytest.raises(UsageError, match="is for correspondence, which is not trained here"):
+        train(str(tmp_path / "out"), run=tmp_path / "run")
+    assert "y" not in graph_of(open_dataset(tmp_path / "out")[0], "correspondence", ("vertices",))
 
 
 @pytest.mark.parametrize("change", [{"steps": ("weld",)}, {"steps": ("largest_component",)}, {"simplify": 20}])

@@ -46,7 +46,7 @@ def read(root: Path) -> RawDataset:
                 source=path.relative_to(root).as_posix(),
                 split=split,
                 group=group_of(name),
-                labels=LabelFile(path=labels, classes=table, domains=("face",)),
+                labels=LabelFile(path=labels, form="last-column", classes=table, domains=("face",)),
             )
         )
     folders = ("train/adobe", *SHARED_LABELS)

@@ -29,6 +29,10 @@ REFUSALS = {
     "bad-label": "The label file is not what its form says, or a label is none of the data set's classes.",
     "not-triangles": "Labels of edges are asked for, and the mesh has faces of more than three corners.",
     "label-count": "The label file has as many labels as the mesh has neither faces, nor edges, nor vertices.",
+    # correspondence
+    "no-correspondence": "The file that says which vertex is which of a template is not there.",
+    "bad-correspondence": "A line of that file is not a vertex of the mesh.",
+    "correspondence-count": "A mesh names more or fewer vertices than its data set's template has.",
 }
 """Stable code of every refusal -> what it means. docs/refusals.md is checked against this table."""
 

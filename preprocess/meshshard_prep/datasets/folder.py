@@ -58,7 +58,7 @@ def mesh_entries(root: Path) -> tuple[Entry, ...]:
     The split is that of the first folder on the way which is named like one; there is none without train or test.
     """
     single = root.is_file()
-    paths = [root] if single else sorted(_mesh_files(root))
+    paths = [root] if single else sorted(mesh_files_below(root))
     base = root.parent if single else root
     if not paths:
         raise UsageError(f"{root} holds no mesh: no file ends in {', '.join(MESH_SUFFIXES)}")
@@ -84,14 +84,14 @@ def split_of(folders: Sequence[str]) -> str:
     return next((SPLIT_FOLDERS[name.lower()] for name in folders if name.lower() in SPLIT_FOLDERS), "")
 
 
-def _mesh_files(folder: Path) -> Iterator[Path]:
+def mesh_files_below(folder: Path) -> Iterator[Path]:
     """What is no folder and ends like a mesh. A folder that cannot be listed is an OSError: it may hold meshes."""
     for path in folder.iterdir():
         if path.name.startswith("."):
             continue
         if path.is_dir():
             if not path.is_symlink():
-                yield from _mesh_files(path)
+                yield from mesh_files_below(path)
         elif path.suffix.lower() in MESH_SUFFIXES:
             yield path
 

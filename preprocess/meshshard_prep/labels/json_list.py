@@ -34,4 +34,12 @@ def read_json(data: bytes, name: str, place: str) -> Written:
         raise bad_label("a label is an integer, a name or null", found, where(first))
     distinct: dict[int | str | None, int] = {None: -1}
     which = np.array([distinct.setdefault(label, len(distinct) - 1) for label in labels], dtype=np.int64)
+    for number, value in enumerate(distinct, -1):
+        if isinstance(value, str) and not _is_text(value):
+            raise bad_label("a name is text", f"this one is {value!a}", where(int(np.argmax(which == number))))
     return Written(values=tuple(value for value in distinct if value is not None), which=which, place=where)
+
+
+def _is_text(name: str) -> bool:
+    """JSON can write half of a pair of surrogates, which no file can hold."""
+    return not any("\ud800" <= character <= "\udfff" for character in name)

@@ -6,6 +6,7 @@ import pytest
 from shapes import box, sphere, write_labels, write_obj
 
 from meshshard.errors import UsageError
+from meshshard.index import TASKS
 from meshshard.recipe import RECIPES
 from meshshard_prep.datasets import ADAPTERS, read_dataset
 from meshshard_prep.datasets.coseg import PARTS
@@ -28,6 +29,7 @@ def test_every_known_data_set_says_what_it_is():
         assert adapter.licence
         assert adapter.citation
         assert adapter.origin
+        assert adapter.task in TASKS
 
 
 def test_human_seg(tmp_path):
@@ -82,7 +84,7 @@ def test_classification_layout(tmp_path):
     for name in ("cat/train/T2", "cat/test/T1", "ant/train/T3"):
         write_obj(tmp_path / f"{name}.obj", *sphere(0))
     (tmp_path / "SOURCE.txt").write_text("not a class")
-    dataset = read_dataset("shrec_16", tmp_path)
+    dataset = read_dataset("cubes", tmp_path)
     assert dataset.classes == ("ant", "cat")
     assert [(e.id, e.split, e.mesh_label) for e in dataset.entries] == [
         ("ant/train/T3", "train", 0),

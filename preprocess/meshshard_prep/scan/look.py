@@ -8,7 +8,6 @@ from pathlib import Path, PurePosixPath
 
 from meshshard.errors import InvalidMesh, UsageError
 from meshshard.remote import listed
-from meshshard_prep.datasets import ADAPTERS
 from meshshard_prep.datasets.folder import mesh_entries
 from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.datasets.own.labels import filled_in
@@ -16,6 +15,7 @@ from meshshard_prep.datasets.own.names import Names
 from meshshard_prep.formats import read_file
 from meshshard_prep.scan.counts import Counts, counts_of
 from meshshard_prep.scan.folders import ClassFolders, class_folders, sets_of
+from meshshard_prep.scan.known import known_as
 from meshshard_prep.scan.labels import Labelling, labels_in_files, labels_in_meshes
 from meshshard_prep.scan.lists import Lists, find_lists
 from meshshard_prep.scan.names import patterns_of
@@ -45,12 +45,13 @@ Told = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Findings:
-    """`known`: name of the data set that has this layout and these numbers of meshes, or empty. `counts`: source ->
+    """`known`, `like`: what `known_as` says. `counts`: source ->
     what its file has. `labellings`: the best first. `sets`: top folders with labels of their own. `lonely`: files
     that look like labels, of meshes that are not there. `others`: suffix -> files that are none of all this."""
 
     root: Path
     known: str
+    like: str
     entries: tuple[Entry, ...]
     counts: dict[str, Counts]
     labellings: tuple[Labelling, ...]
@@ -97,10 +98,12 @@ def look(root: Path, told: Told) -> Findings:
     claimed = {file for pattern in in_files for file in pattern.files.values()}
     left = [other for other in others if other not in claimed]
     lonely = _lonely(left, claimed)
+    known, like = known_as(root, entries)
     found.sort(key=lambda labelling: -len(labelling.of))
     return Findings(
         root=root,
-        known=_known(root, entries),
+        known=known,
+        like=like,
         entries=entries,
         counts=counts,
         labellings=tuple(found),
@@ -146,18 +149,3 @@ def _lonely(left: Sequence[str], claimed: Collection[str]) -> tuple[str, ...]:
     """Files with the suffix of label files, in their folders."""
     kinds = {(PurePosixPath(file).parent, PurePosixPath(file).suffix) for file in claimed}
     return tuple(file for file in left if (PurePosixPath(file).parent, PurePosixPath(file).suffix) in kinds)
-
-
-def _known(root: Path, entries: Sequence[Entry]) -> str:
-    """The known data set whose layout and published number of meshes the folder has, or empty."""
-    for adapter in ADAPTERS.values():
-        expected = {what: count for what, count in adapter.expected.items() if what != "classes"}
-        if not expected or sum(expected.values()) != len(entries):
-            continue
-        try:
-            found = adapter.read(root)
-        except (UsageError, OSError):
-            continue
-        if Counter(entry.split for entry in found.entries) == expected:
-            return adapter.name
-    return ""

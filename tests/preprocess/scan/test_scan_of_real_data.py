@@ -18,6 +18,7 @@ def test_the_sample_of_coseg(data_root, tmp_path, capsys, name):
     toml, found = scanned(data_root / "coseg_sample" / name, tmp_path, capsys)
     meshes = {"": 27, "chairs": 22, "tele-aliens": 5}[name]
     assert found["labels"][0]["fits"] == {"face": meshes, "edge": 0, "vertex": 0}
+    assert (found["known"], found["like"]) == ("", "" if name else "coseg_original")
     assert (len(found["edits"]), len(found["sets"])) == ((0, 0) if name else (1, 2))
     dataset = read_dataset(str(toml))
     assert len(dataset.classes) == {"": 7, "chairs": 3, "tele-aliens": 4}[name]

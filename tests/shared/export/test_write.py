@@ -148,7 +148,7 @@ def test_formats_are_found_by_name(dataset):
         find_exporter("npz", dataset, "hks:3")
 
 
-@pytest.mark.parametrize("form", ["npz", "ply", "vtkhdf", "pyg"])
+@pytest.mark.parametrize("form", ["npz", "ply", "vtkhdf", "pyg", "seg", "eseg"])
 def test_every_format_gives_the_same_bytes_again(dataset, form):
     mesh = dataset[3]
     assert find_exporter(form, dataset).encode(mesh) == find_exporter(form, dataset).encode(replace(mesh))

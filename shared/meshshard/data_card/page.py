@@ -55,12 +55,13 @@ def histogram(counts: Int64[np.ndarray, " n"], what: str) -> dict[str, Any]:
     """How many meshes have how many faces, say: bars in a box of 100 by 100 with the origin on top, none where all
     have the same. Bars are equally wide, on a scale of ratios where counts differ more than tenfold."""
     least, most = int(counts.min()), int(counts.max())
-    scale = np.geomspace if most > 10 * least else np.linspace
-    edges = np.unique(np.rint(scale(least, most + 1, BARS + 1)).astype(np.int64))
+    wide = most > 10 * least
+    places = (np.geomspace if wide else np.linspace)(least, most + 1, BARS + 1)
+    edges = np.unique(np.rint(places).astype(np.int64))
     meshes, _ = np.histogram(counts, edges)
     heights, width = 100 * meshes / meshes.max(), 100 / len(meshes)
     return {
-        "title": f"{what.capitalize()} of a mesh",
+        "title": f"{what.capitalize()} of a mesh{', logarithmic scale' if wide else ''}",
         "ends": (f"{least:,}", f"{most:,}"),
         "tallest": f"{meshes.max():,}",
         "summary": f"{len(counts):,} meshes of {least:,} to {most:,} {what}, median {np.median(counts):,.10g}",
@@ -111,10 +112,11 @@ def _figure(dataset: Dataset, example: Example) -> dict[str, str]:
     sample = dataset[example.number]
     picture = render(sample.vertices, sample.faces, colours_for(sample, dataset.index.colours))
     split = dataset.index.splits[example.number] or "no split"
+    faces = f"{len(sample.faces):,} face{'s' if len(sample.faces) > 1 else ''}"
     return {
         "image": b64encode(png_bytes(picture)).decode(),
-        "alt": shown(f"mesh {sample.id}, {len(sample.faces):,} faces, {split}"),
+        "alt": shown(f"mesh {sample.id}, {faces}, {split}"),
         "id": shown(sample.id),
         "caption": shown(example.caption),
-        "faces": f"{len(sample.faces):,} faces",
+        "faces": faces,
     }

@@ -51,10 +51,10 @@ def print_tables(tables: Iterable[Table]) -> None:
 
     console = Console()
     for table in tables:
-        drawn = Drawn(title=Text(table.title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+        console.print(Text(table.title, style="bold"))
+        drawn = Drawn(box=box.SIMPLE_HEAD, show_header=bool(table.header))
         for place, name in enumerate(table.header or ("", "")):
             drawn.add_column(Text(name), justify="right" if place and table.header else "left", overflow="fold")
-        drawn.show_header = bool(table.header)
         for row in table.rows:
             drawn.add_row(*map(Text, row))  # not markup: names may have brackets
         console.print(drawn)
@@ -132,7 +132,7 @@ def _origin(card: dict[str, Any]) -> Table:
         ("splits", "; ".join(rule)),
         ("recipe", f"{card['recipe']['name']}: {card['recipe_words']}"),
         ("algorithm version", card["algorithm_version"]),
-        ("on disk", f"{card['bytes']:,} bytes in {card['shards']} shards"),
+        ("on disk", f"{card['bytes']:,} bytes, shards: {card['shards']}"),
         ("folder", card["folder"]),
         ("content_sha256", card["content_sha256"]),
         ("splits_sha256", card["splits_sha256"]),
@@ -141,11 +141,13 @@ def _origin(card: dict[str, Any]) -> Table:
 
 
 def _header(card: dict[str, Any]) -> tuple[str, ...]:
-    return ("", *(shown(name or "(no split)") for name in card["splits"]), "all")
+    names = [shown(name or "(no split)") for name in card["splits"]]
+    return ("", *names, *["all"] * (len(names) != 1))
 
 
 def _parts(card: dict[str, Any]) -> list[dict[str, Any]]:
-    return [*card["splits"].values(), card["all"]]
+    """A column for each split, and one for all where they are not one."""
+    return [*card["splits"].values(), *[card["all"]] * (len(card["splits"]) != 1)]
 
 
 def _number(value: int | float | None, form: str) -> str:

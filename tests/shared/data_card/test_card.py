@@ -74,7 +74,7 @@ def test_labels_of_vertices_count_vertices_and_their_areas(tmp_path):
         assert [row[share] for row in card["all"]["classes"]] == pytest.approx([0.8, 0.2], rel=1e-6)
     assert card["all"]["unlabelled"] == 1
     assert tables(card)["classes"].title == "Classes: share of vertices, of area, in %"
-    assert tables(card)["sizes"].header == ("", "(no split)", "all")
+    assert tables(card)["sizes"].header == ("", "(no split)")
 
 
 def test_classification_counts_meshes(tmp_path):
@@ -141,7 +141,7 @@ def test_what_the_index_says(tmp_path):
         assert row in facts
     origin = dict(tables(card)["origin"].rows)
     assert origin["splits"] == "drawn; seed 0; 0.1 of train kept"
-    assert origin["on disk"] == f"{(folder / 'shard-0.h5').stat().st_size:,} bytes in 1 shards"
+    assert origin["on disk"] == f"{(folder / 'shard-0.h5').stat().st_size:,} bytes, shards: 1"
     assert (origin["content_sha256"], origin["splits_sha256"]) == (index.content_sha256, index.splits_sha256)
 
 

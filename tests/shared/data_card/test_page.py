@@ -13,7 +13,7 @@ from meshshard.data_card.examples import examples
 from meshshard.data_card.page import card_page, colours_for, histogram
 from meshshard.data_card.survey import survey
 from meshshard.data_card.tables import tables
-from meshshard.index import read_index
+from meshshard.index import Rejection, read_index
 
 HOSTILE = "<script>alert('x')</script>\"><img src=http://evil onerror=alert(1)> {{ 7 * 7 }} &amp; [bold]"
 
@@ -65,7 +65,13 @@ def groups_of(folder):
 
 
 def test_the_page_shows_the_tables(tmp_path):
-    text, card = page_of(toy_dataset(tmp_path))
+    mesh = sample(0)
+    mesh.diagnostics["boundary_edges"] = 3
+    folder = write_dataset(tmp_path, [mesh, sample(1)], ["train", "test"])
+    bad = Rejection(id=HOSTILE, source="s", code=HOSTILE, message="m", key="k")
+    replace(read_index(folder), refused=(bad,)).write(folder)
+    text, card = page_of(folder)
+    assert list(tables(card)) == ["facts", "sizes", "classes", "diagnostics", "rejected", "origin"]
     expected = [list(row) for table in tables(card).values() for row in (table.header, *table.rows) if row]
     assert sorted(Page(text).rows) == sorted(expected)
 

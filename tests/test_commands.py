@@ -69,7 +69,8 @@ def test_info_imports_neither_half(tmp_path):
         "from meshshard.cli import main\n"
         "try: main()\n"
         "except SystemExit: pass\n"
-        "heavy = {'torch', 'igl', 'scipy', 'meshshard_prep', 'meshshard_train'} & set(sys.modules)\n"
+        "heavy = {'torch', 'igl', 'scipy', 'embreex', 'jinja2', 'PIL', 'matplotlib'} & set(sys.modules)\n"
+        "heavy |= {'meshshard_prep', 'meshshard_train'} & set(sys.modules)\n"
         "assert not heavy, heavy"
     )
     subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=True, capture_output=True)
@@ -82,13 +83,31 @@ def test_status_info_verify(world):
     status, out, _ = meshshard("info", "shards", "--json", cwd=world)
     card = json.loads(out)
     assert {name: row["meshes"] for name, row in card["splits"].items()} == {"test": 3, "train": 6, "val": 3}
-    assert sum(card["splits"]["train"]["class_shares"]) == pytest.approx(1)
-    assert card["diagnostics"]["components"] == 12
-    assert 0 < card["hks_error_bound"] < 1e-5
+    assert sum(row["area_share"] for row in card["splits"]["train"]["classes"]) == pytest.approx(1)
+    assert card["all"]["diagnostics"]["components"] == {"sum": 12, "meshes": 0}
+    assert 0 < card["all"]["hks_error_bound"]["largest"] < 1e-5
     assert meshshard("verify", "shards", "--full", cwd=world)[:2] == (0, "shards: whole\n")
     assert json.loads(meshshard("verify", "shards", "--json", cwd=world)[1])["ok"] is True
     assert "stored    12" in meshshard("status", "shards", cwd=world)[1]
-    assert "train" in meshshard("info", "shards", cwd=world)[1]
+
+
+def test_info_as_text_json_and_page(world):
+    status, text, error = meshshard("info", "shards", cwd=world)
+    assert (status, error) == (0, "")
+    lines = text.splitlines()
+    card = json.loads(meshshard("info", "shards", "--json", cwd=world)[1])
+    faces = [part["faces"]["sum"] for part in (*card["splits"].values(), card["all"])]
+    assert lines[:3] == ["raw", "task\tsegmentation", "meshes\t12"]
+    assert "\ttrain\tval\ttest\tall" in lines
+    assert "\t".join(["faces", *map("{:,}".format, faces)]) in lines
+    status, out, error = meshshard("info", "shards", "--page", "card.html", cwd=world)
+    page = (world / "card.html").read_text()
+    assert (status, out, error) == (0, f"card.html: {len(page.encode()):,} bytes\n", "")
+    assert all(f"<td>{number:,}</td>" in page for number in faces)
+    status, out, _ = meshshard("info", "shards", "--page", "other.html", "--json", cwd=world)
+    assert (status, json.loads(out), (world / "other.html").read_text()) == (0, card, page)
+    status, _, error = meshshard("info", "shards", "--page", "nowhere/card.html", cwd=world)
+    assert (status, "No such file or directory" in error) == (2, True)
 
 
 def test_evaluate_says_what_training_said(world):
@@ -224,17 +243,22 @@ def test_bad_options_of_training(world):
         assert message in " ".join(error.split())
 
 
-def test_a_missing_extra_says_what_to_install(tmp_path):
+@pytest.mark.parametrize(
+    ("words", "module", "extra"),
+    [(("train",), "torch", "train"), (("info", "--page", "card.html"), "embreex", "pictures")],
+)
+def test_a_missing_extra_says_what_to_install(tmp_path, words, module, extra):
     toy_dataset(tmp_path)
     code = (
-        "import sys; sys.argv = ['meshshard', 'train', sys.argv[1]]\n"
-        "sys.modules['torch'] = None\n"
+        "import sys; module, *sys.argv = sys.argv[1:]\n"
+        "sys.modules[module] = None\n"
         "from meshshard.cli import main\n"
         "main()"
     )
-    done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, check=False)
+    call = [sys.executable, "-c", code, module, "meshshard", *words, str(tmp_path)]
+    done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert "this command needs torch, which comes with: pip install 'meshshard[train]'" in done.stderr
+    assert f"this command needs {module}, which comes with: pip install 'meshshard[{extra}]'" in done.stderr
 
 
 def test_features_with_options_of_the_recipe(tmp_path):

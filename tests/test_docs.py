@@ -13,7 +13,10 @@ import typer
 from samples import toy_dataset
 from shapes import box, write_labels, write_obj
 
+from meshshard import open_dataset
 from meshshard.cli import VERBS
+from meshshard.data_card.card import data_card
+from meshshard.data_card.survey import survey
 from meshshard.errors import FAILURES, REFUSALS
 from meshshard.schema import ATTRIBUTES, FIELDS
 from meshshard_prep.datasets import ADAPTERS, read_dataset
@@ -95,6 +98,15 @@ def test_every_command_has_an_example_and_every_option_a_help():
         assert "Example" in command.help
         for parameter in command.params:
             assert parameter.help, (name, parameter.name)
+
+
+def test_every_key_of_a_data_card_is_documented(tmp_path):
+    section = (DOCS / "cli.md").read_text().split("## meshshard info")[1].split("## meshshard")[0]
+    dataset = open_dataset(toy_dataset(tmp_path))
+    card = data_card(dataset, survey(dataset))
+    part = card["all"]
+    for key in (*card, *part, *part["classes"][0], *part["faces"], *part["hks_error_bound"], *card["refused"]):
+        assert f"`{key}`" in section, key
 
 
 @pytest.mark.parametrize("name", ADAPTERS)

@@ -1,5 +1,6 @@
 """The verbs of the offline half: datasets, features, status, doctor."""
 
+import sys
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -264,3 +265,5 @@ def _print_report(report: "Report", folder: Path, as_json: bool) -> None:
     )
     if report.removed:
         typer.echo(f"{len(report.removed)} removed, for there is no raw file any more, as {report.removed[0]}")
+    if sys.stdout.isatty():
+        typer.echo(f"what is in it: meshshard info {folder}")

@@ -44,6 +44,7 @@ EXTRAS = {
     "bench": ("potpourri3d",),
     "distributed": ("dask", "distributed", "ray"),
     "remote": ("fsspec", "s3fs"),
+    "pictures": ("embreex", "jinja2", "PIL"),
     "train": ("torch", "safetensors", "matplotlib"),
     "pyg": ("torch_geometric",),
 }

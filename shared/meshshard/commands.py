@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from meshshard.errors import UsageError
+from meshshard.files import publish
 from meshshard.index import INDEX_NAME
 from meshshard.plain import to_json
 from meshshard.remote import is_url, to_path
@@ -31,31 +30,36 @@ def locate(name: str) -> Path:
     )
 
 
-def info(data: Data, as_json: AsJson = False) -> None:
-    """What a data set holds: meshes, sizes, class balance by split, diagnostics, recipe.
+def info(
+    data: Data,
+    page: Annotated[Path | None, typer.Option(help="Write an HTML file with pictures too.", metavar="FILE")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """What a data set holds, as numbers: sizes, class balance, diagnostics, error bounds, origin; or as a page with
+    pictures.
 
-    Example: meshshard info minicoseg
+    Examples: meshshard info minicoseg
+
+    meshshard info minicoseg --page card.html
     """
-    from meshshard.data_card import data_card  # opens every shard: numpy and h5py stay out of --help
+    from meshshard.data_card.card import data_card  # opens every shard: numpy and h5py stay out of --help
+    from meshshard.data_card.survey import survey
+    from meshshard.data_card.tables import print_tables, tables
+    from meshshard.dataset import open_dataset
 
-    card = data_card(locate(data))
+    dataset = open_dataset(locate(data))
+    seen = survey(dataset)
+    card = data_card(dataset, seen)
+    if page is not None:
+        from meshshard.data_card.page import card_page  # the extra `pictures`
+
+        publish(page, card_page(dataset, seen, card).encode())
     if as_json:
         typer.echo(to_json(card))
-        return
-    console = Console()
-    console.print(f"[bold]{card['dataset']}[/]  {card['task']}, recipe {card['recipe']['name']}, {card['folder']}")
-    splits = card["splits"]
-    table = Table("", *(split or "(none)" for split in splits))
-    for what in ("meshes", "vertices", "faces"):
-        table.add_row(what, *(str(row[what]) for row in splits.values()))
-    table.add_section()
-    for number, name in enumerate(card["classes"]):
-        table.add_row(f"{name}, %", *(f"{100 * row['class_shares'][number]:.1f}" for row in splits.values()))
-    console.print(table)
-    counts = {name: count for name, count in card["diagnostics"].items() if count}
-    console.print("diagnostics  " + ", ".join(f"{name} {count}" for name, count in counts.items()))
-    console.print(f"largest bound of the relative error of hks  {card['hks_error_bound']:.1e}")
-    console.print(f"splits_sha256  {card['splits_sha256']}")
+    elif page is not None:
+        typer.echo(f"{page}: {page.stat().st_size:,} bytes")
+    else:
+        print_tables(tables(card).values())
 
 
 def verify(

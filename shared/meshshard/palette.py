@@ -1,5 +1,7 @@
 """Colours of classes, told apart by people with colour-blind eyes, and of numbers, in even steps of lightness."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
@@ -17,14 +19,17 @@ VIRIDIS = (
 )
 
 
-def class_colour(number: int) -> str:
-    """Hexadecimal colour of a class, grey for -1. After twelve they start again."""
-    return UNLABELLED if number < 0 else COLOURS[number % len(COLOURS)]
+def class_colour(number: int, chosen: Sequence[str] = ()) -> str:
+    """Hexadecimal colour of a class: of those chosen for a data set, if any, else of the palette, whose twelve start
+    again. Grey for -1."""
+    colours = chosen or COLOURS
+    return UNLABELLED if number < 0 else colours[number % len(colours)]
 
 
-def colours_of(labels: Int[np.ndarray, " n"]) -> UInt8[np.ndarray, "n 3"]:
+def colours_of(labels: Int[np.ndarray, " n"], chosen: Sequence[str] = ()) -> UInt8[np.ndarray, "n 3"]:
     """Red, green and blue of each label."""
-    return _bytes_of([class_colour(number) for number in range(-1, int(labels.max(initial=-1)) + 1)])[labels + 1]
+    highest = int(labels.max(initial=-1))
+    return _bytes_of([class_colour(number, chosen) for number in range(-1, highest + 1)])[labels + 1]
 
 
 def colours_between(values: Float[np.ndarray, " n"], lowest: float, highest: float) -> UInt8[np.ndarray, "n 3"]:
@@ -36,5 +41,5 @@ def colours_between(values: Float[np.ndarray, " n"], lowest: float, highest: flo
     return np.rint(np.stack(channels, axis=1)).astype(np.uint8)
 
 
-def _bytes_of(colours: list[str] | tuple[str, ...]) -> UInt8[np.ndarray, "n 3"]:
+def _bytes_of(colours: Sequence[str]) -> UInt8[np.ndarray, "n 3"]:
     return np.frombuffer(b"".join(bytes.fromhex(colour[1:]) for colour in colours), dtype=np.uint8).reshape(-1, 3)

@@ -11,11 +11,11 @@ import numpy as np
 from jaxtyping import Float, Int
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from meshshard.palette import class_colour, colours_of
+from meshshard.render import render
 
-LIGHT = np.array([0.4, 0.8, 0.45]) / np.linalg.norm([0.4, 0.8, 0.45])
+DPI = 110
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -29,18 +29,29 @@ class Tile:
 
 
 def gallery(
-    path: Path, tiles: Sequence[Tile], classes: Sequence[str], *, columns: int, title: str, size: float = 2.4
+    path: Path,
+    tiles: Sequence[Tile],
+    classes: Sequence[str],
+    *,
+    columns: int,
+    title: str,
+    size: float = 2.4,
+    colours: Sequence[str] = (),
 ) -> None:
-    """A PNG of meshes in rows, each `size` inches, with a legend of the classes that occur."""
+    """A PNG of meshes in rows, each `size` inches, with a legend of the classes that occur. `colours`: hexadecimal,
+    of a data set that has its own."""
     rows = -(-len(tiles) // columns)
-    figure = Figure(figsize=(size * columns, size * rows + 0.9), dpi=110, layout="constrained")
+    figure = Figure(figsize=(size * columns, size * rows + 0.9), dpi=DPI, layout="constrained")
     figure.suptitle(title)
     for number, tile in enumerate(tiles, start=1):
-        axes: Any = figure.add_subplot(rows, columns, number, projection="3d")
-        _draw(axes, tile)
+        picture = render(tile.vertices, tile.faces, colours_of(tile.labels, colours), size=round(size * DPI))
+        axes = figure.add_subplot(rows, columns, number)
+        axes.imshow(picture)
+        axes.set_axis_off()
+        axes.set_title(tile.title, fontsize="small")
     found = sorted({int(label) for tile in tiles for label in np.unique(tile.labels)})
     figure.legend(
-        handles=[Patch(color=class_colour(c), label="unlabelled" if c < 0 else classes[c]) for c in found],
+        handles=[Patch(color=class_colour(c, colours), label="unlabelled" if c < 0 else classes[c]) for c in found],
         loc="outside lower center",
         ncols=min(len(found), max(4, 2 * columns)),
         fontsize="small",
@@ -51,26 +62,10 @@ def gallery(
         figure.savefig(path)
 
 
-def _draw(axes: Any, tile: Tile) -> None:
-    points = tile.vertices[:, [2, 0, 1]]  # matplotlib's third axis is up
-    triangles = points[tile.faces]
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    shade = 0.45 + 0.55 * np.abs(normals / np.where(length > 0, length, 1) @ LIGHT)
-    colours = colours_of(tile.labels) / 255 * shade[:, None]
-    axes.add_collection3d(Poly3DCollection(triangles, facecolors=colours, edgecolors="none", antialiased=False))
-    reach = float(np.abs(points).max())
-    axes.set(xlim=(-reach, reach), ylim=(-reach, reach), zlim=(-reach, reach))
-    axes.set_box_aspect((1, 1, 1), zoom=1.35)
-    axes.view_init(elev=18, azim=35)
-    axes.set_axis_off()
-    axes.set_title(tile.title, fontsize="small", y=1.0)
-
-
 def curves(path: Path, history: Sequence[dict[str, Any]], *, title: str) -> None:
     """A PNG of training loss and validation accuracy over epochs."""
     with mpl.rc_context({"axes.grid": True, "grid.alpha": 0.3}):
-        figure = Figure(figsize=(8, 3), dpi=110, layout="constrained")
+        figure = Figure(figsize=(8, 3), dpi=DPI, layout="constrained")
         figure.suptitle(title)
         left, right = figure.subplots(1, 2)
         epochs = [row["epoch"] for row in history]

@@ -107,4 +107,5 @@ def _draw_split(
         ):
             tiles[row].append(Tile(title=title, vertices=sample.vertices, faces=sample.faces, labels=values))
     title = f"{dataset.name}, {split}: labels above, predictions (raw) below"
-    gallery(path, [*tiles[0], *tiles[1]], dataset.classes, columns=len(shown), title=title)
+    colours = dataset.index.colours
+    gallery(path, [*tiles[0], *tiles[1]], dataset.classes, columns=len(shown), title=title, colours=colours)

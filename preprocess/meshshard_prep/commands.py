@@ -22,6 +22,7 @@ def datasets(as_json: AsJson = False) -> None:
     Example: meshshard datasets
     """
     from meshshard_prep.datasets import ADAPTERS  # plyfile and numpy stay out of --help
+    from meshshard_prep.fetch.sources import source_of
 
     if as_json:
         known = {
@@ -32,7 +33,8 @@ def datasets(as_json: AsJson = False) -> None:
         return
     for adapter in ADAPTERS.values():
         typer.echo(f"{adapter.name:13} {adapter.summary}\n{'':13} from {adapter.origin}")
-        typer.echo(f"{'':13} licence: {adapter.licence}\n{'':13} cite: {adapter.citation}\n")
+        fetched = f"\n{'':13} meshshard fetch {adapter.name}" if source_of(adapter) else ""
+        typer.echo(f"{'':13} licence: {adapter.licence}\n{'':13} cite: {adapter.citation}{fetched}\n")
 
 
 Raw = Annotated[

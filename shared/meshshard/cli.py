@@ -13,6 +13,7 @@ from meshshard.errors import MeshshardError
 
 VERBS = (
     "datasets",
+    "fetch",
     "features",
     "doctor",
     "info",
@@ -39,6 +40,8 @@ EXTRAS = {
         "numba",
         "platformdirs",
         "pymetis",
+        "pooch",
+        "requests",
     ),
     "bench": ("potpourri3d",),
     "distributed": ("dask", "distributed", "ray"),

@@ -97,9 +97,23 @@ def test_every_command_has_an_example_and_every_option_a_help():
             assert parameter.help, (name, parameter.name)
 
 
-def test_every_data_set_is_documented():
-    text = (DOCS / "datasets.md").read_text()
-    assert [name for name in ADAPTERS if f"`{name}`" not in text] == []
+@pytest.mark.parametrize("name", ADAPTERS)
+def test_every_data_set_has_a_page(name):
+    adapter = ADAPTERS[name]
+    page = DOCS / "datasets" / f"{adapter.page}.md"
+    text = " ".join(page.read_text().split())
+    rows = table(page.read_text())
+    folder, expected = rows[f"meshshard features {name}"]
+    assert folder.strip("`").removeprefix("made in `") == f"data/raw/{adapter.folder or name}"
+    if adapter.expected:
+        assert expected == ", ".join(f"{count} {what or 'meshes'}" for what, count in adapter.expected.items())
+    assert f"Task: {adapter.task}" in text
+    for part in (*adapter.licence.split("; "), *adapter.citation.split("; ")):
+        assert part in text
+    assert "## Layout" in text
+    assert "## Traps" in text
+    assert "**Source:**" in text
+    assert f"(datasets/{page.name})" in (DOCS / "datasets.md").read_text()
 
 
 def test_toml_block_of_the_data_set_document(tmp_path):

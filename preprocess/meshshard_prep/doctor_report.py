@@ -22,6 +22,7 @@ def rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         labels = found["labels"]
         shares = ", ".join(f"{value}: {count}" for value, count in labels["lines"].items())
         result.append(("labels", f"{labels['file']}, one a {labels['domain']}; {shares}"))
+        result += [("labels stored", labels["rule"])] if "rule" in labels else []
     return [*result, ("verdict", verdict(diagnosis))]
 
 

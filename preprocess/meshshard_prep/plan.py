@@ -12,6 +12,7 @@ from meshshard.index import Rejection
 from meshshard.recipe import Recipe
 from meshshard_prep import staging
 from meshshard_prep.before import Before, stored_before
+from meshshard_prep.correspondence import check_vertices_stay
 from meshshard_prep.datasets.layout import Entry, RawDataset
 from meshshard_prep.jobs import Job, make_job, rejection
 
@@ -39,8 +40,9 @@ class Plan:
 
 def make_plan(dataset: RawDataset, out: Path, recipe: Recipe) -> Plan:
     """Hash all raw files and hold them against what `out` holds. Nothing is written. UsageError: two entries have one
-    id, or `out` holds another data set."""
+    id, the recipe takes away vertices that the data set names, or `out` holds another data set."""
     _check_ids(dataset)
+    check_vertices_stay(dataset, recipe)
     before = stored_before(out)
     _check_owner(before, dataset, out)
     staged = staging.staged(out)

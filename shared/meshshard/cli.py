@@ -14,6 +14,7 @@ from meshshard.errors import MeshshardError
 VERBS = (
     "datasets",
     "fetch",
+    "scan",
     "features",
     "doctor",
     "info",

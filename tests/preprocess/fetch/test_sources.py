@@ -42,6 +42,5 @@ def test_what_is_generated_is_not_fetched():
     assert [name for name, adapter in ADAPTERS.items() if adapter.generate and source_of(adapter)] == []
 
 
-@pytest.mark.xfail(strict=True, reason="some sources are of data sets whose adapters are not here yet")
 def test_every_source_is_of_a_known_data_set():
     assert set(SOURCES) <= {adapter.folder or adapter.name for adapter in ADAPTERS.values()}

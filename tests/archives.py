@@ -68,7 +68,7 @@ def human_seg(root, train=3, test=1):
 
 def shrec_16(root):
     """MeshCNN's layout of shrec_16 in a folder: two classes of two."""
-    for label in ("ant", "bird1"):
+    for label in ("ants", "bird1"):
         for split in ("train", "test"):
             write_obj(root / label / split / "T1.obj", *box())
     return members_of(root)

@@ -56,7 +56,7 @@ def fetch(
             shutil.rmtree(work)
             return None
         loaded = [
-            (archive, files[archive.file] or [_load(name, source, archive, work, tell)])
+            (archive, files[archive.file] or [_load(name, source, archive, given, work, tell)])
             for archive in source.archives
         ]
         with _nothing_left(work):
@@ -84,20 +84,25 @@ def assign(name: str, source: Source, given: Sequence[Path]) -> dict[str, list[P
     if missing := [archive.file for archive in source.archives if not archive.url and not files[archive.file]]:
         raise UsageError(
             f"{' and '.join(missing)} cannot be loaded by a program: open {source.page}, {source.by_hand}, and type: "
-            f"meshshard fetch {name} {' '.join(f'--archive {file}' for file in missing)}"
+            f"{_command(name, given, missing)}"
         )
     return files
 
 
-def _load(name: str, source: Source, archive: Archive, work: Path, tell: Tell) -> Path:
+def _command(name: str, given: Sequence[Path], more: Sequence[str]) -> str:
+    """What to type, with the archives that were given and those that are to be."""
+    return " ".join(["meshshard fetch", name, *(f"--archive {file}" for file in (*given, *more))])
+
+
+def _load(name: str, source: Source, archive: Archive, given: Sequence[Path], work: Path, tell: Tell) -> Path:
     try:
         return load(archive, work, tell)
     except NotLoaded as error:
         if not (work / f"{archive.file}{PART}").exists():
             shutil.rmtree(work)
         raise UsageError(
-            f"{error}. Try again later; or open {source.page}, download {archive.file} with a browser, and type: "
-            f"meshshard fetch {name} --archive {archive.file}"
+            f"{error}. Try again later; or open {source.page}, download the archive with a browser, save it as "
+            f"{archive.file}, and type: {_command(name, given, [archive.file])}"
         ) from error
 
 

@@ -159,7 +159,7 @@ SOURCES = {
     "faust": Source(
         page="http://faust.is.tue.mpg.de/",
         read_in=PAPER,
-        archives=(Archive(file="MPI-FAUST.zip", holds="training/registrations"),),
+        archives=(Archive(file="MPI-FAUST.zip", holds="tr_reg_*.ply", into="training/registrations"),),
         by_hand="sign up, accept the licence, download MPI-FAUST.zip",
     ),
     "scape": Source(

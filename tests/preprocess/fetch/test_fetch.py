@@ -173,6 +173,9 @@ def test_what_needs_a_browser_says_so(run, monkeypatch):
         f"error: a.zip and b.zip cannot be loaded by a program: open {PAGE}, mark both and download them, and type: "
         "meshshard fetch human_seg --archive a.zip --archive b.zip\n"
     )
+    placed(b"", Path("b.zip"))
+    error = run("fetch", "human_seg", "--archive", "b.zip")[2]
+    assert error.endswith("and type: meshshard fetch human_seg --archive b.zip --archive a.zip\n")
     placed(b"", Path("c.zip"))
     assert "known by name: a.zip, b.zip" in run("fetch", "human_seg", "--archive", "c.zip")[2]
     assert "--archive d.zip is no file" in run("fetch", "human_seg", "--archive", "d.zip")[2]
@@ -284,7 +287,8 @@ def test_a_dead_link_says_what_to_do(run, publish):
     assert code == 2
     assert error.endswith(
         f"error: {url} is not there for a program: the server says 404 Not Found. Try again later; or open {PAGE}, "
-        "download human_seg.zip with a browser, and type: meshshard fetch human_seg --archive human_seg.zip\n"
+        "download the archive with a browser, save it as human_seg.zip, and type: "
+        "meshshard fetch human_seg --archive human_seg.zip\n"
     )
     assert nothing_is_left()
 

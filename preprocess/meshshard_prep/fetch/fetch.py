@@ -208,6 +208,6 @@ def _tidy(work: Path, folder: Path, keep: set[str]) -> None:
 
 
 def _put(whole: Path, folder: Path, work: Path) -> None:
-    if is_there(folder):
+    if folder.exists():
         folder.rename(work / REPLACED)
     whole.rename(folder)

@@ -147,8 +147,8 @@ def _write(source: _Stream, path: Path, size: int) -> None:
         while size and (piece := source.read(min(PIECE, size))):
             file.write(piece)
             size -= len(piece)
-    if size or source.read(1):
-        raise EOFError(f"{path.name} has another size than the archive says")
+    if size:
+        raise EOFError(f"{path.name} is shorter than the archive says")
 
 
 def _made(path: Path) -> Path:

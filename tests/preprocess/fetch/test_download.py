@@ -86,9 +86,19 @@ def test_a_part_of_another_content_is_never_put_behind_the_first(server, tmp_pat
 
 
 def test_a_part_from_another_byte_is_not_taken(server, tmp_path):
-    shifted = content(DATA, head={"Content-Range": "bytes 7-99999/100000"})
+    def shifted(handler):
+        handler.headers.replace_header("Range", "bytes=7-")
+        content(DATA)(handler)
+
     url = server.answer("/a.zip", content(DATA, cut=30_000), shifted, content(DATA))
     assert fetched(url, tmp_path) == DATA
+
+
+def test_less_than_was_asked_for_is_gone_on_with(server, tmp_path):
+    short = {"Content-Range": "bytes 30000-39999/100000", "Content-Length": "10000"}
+    url = server.answer("/a.zip", content(DATA, cut=30_000), content(DATA, cut=10_000, head=short), content(DATA))
+    assert fetched(url, tmp_path) == DATA
+    assert ranges(server) == [None, "bytes=30000-", "bytes=40000-"]
 
 
 def test_a_part_longer_than_the_file_is_dropped(server, tmp_path):
@@ -115,11 +125,12 @@ def test_killed_after_the_last_byte_nothing_is_loaded_again(server, tmp_path):
     assert server.requests == []
 
 
-@pytest.mark.parametrize("state", ["", '{"url": "http://127.0.0.1/b.zip", "version": "1", "total": 9}'])
+@pytest.mark.parametrize("state", ["", '{"url": "http://127.0.0.1/b.zip", "version": "\\"1\\"", "total": 9}'])
 def test_a_part_that_nothing_is_known_about_is_not_used(server, tmp_path, state):
     (tmp_path / "a.zip.part").write_bytes(b"something else")
     (tmp_path / "a.zip.part.json").write_text(state)
     assert fetched(server.answer("/a.zip", content(DATA)), tmp_path) == DATA
+    assert ranges(server) == [None]
 
 
 def test_a_slow_server_is_waited_for(server, tmp_path, monkeypatch):
@@ -209,6 +220,7 @@ def test_redirects_are_followed(server, tmp_path):
 def test_redirects_that_lead_nowhere(server, tmp_path, location, message):
     with pytest.raises(NotLoaded, match=message):
         fetched(server.answer("/a.zip", status(302, Location=location)), tmp_path)
+    assert len(server.requests) <= 11
 
 
 def test_a_server_that_is_not_there(tmp_path):

@@ -1,5 +1,6 @@
 """Archives unpacked as they are, and hostile ones refused; nothing is ever written outside of the folder."""
 
+import errno
 import random
 import shutil
 import struct
@@ -236,10 +237,32 @@ def test_utf_8_without_its_mark_is_read_as_utf_8(place):
         (b"", "it is neither a zip nor a tar archive"),
         (b"PK\x03\x04 and no more", "it is damaged or cut short"),
         (b"\x1f\x8b\x08" + bytes(900), "it is damaged or cut short"),
+        (b"\x1f\x8b\x07" + bytes(900), "it is damaged or cut short .Unknown compression method"),
     ],
 )
 def test_what_is_no_archive(place, head, message):
     refused(place, head, message)
+
+
+def test_a_member_shorter_than_it_says(place):
+    data = bytearray(zip_of([("a", b"123")]))
+    data[data.index(b"PK\x01\x02") + 24] = 9
+    refused(place, bytes(data), "a is shorter than the archive says")
+
+
+def test_a_directory_that_begins_before_the_file(place):
+    data = bytearray(zip_of([("a", b"123")]))
+    data[-10:-6] = b"\0\0\1\0"
+    refused(place, bytes(data), "it is damaged or cut short")
+
+
+def test_what_the_disk_refuses_is_no_fault_of_the_archive(place, monkeypatch):
+    def full(*_arguments):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(unpack, "_write", full)
+    with pytest.raises(OSError, match="No space left"):
+        place(zip_of(PLAIN))
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -19,7 +19,7 @@ from meshshard_prep.features.edges import edges_of
 from meshshard_prep.formats import format_of, parse_mesh, read_file
 from meshshard_prep.isolation import Limits, Lost, isolated
 from meshshard_prep.jobs import make_job, printable, read_entry
-from meshshard_prep.labels import class_table, labels_of, listed
+from meshshard_prep.labels import class_table, labels_of, listed, offered
 from meshshard_prep.mesh import RawMesh
 from meshshard_prep.pipeline import compute_sample, counts_of
 from meshshard_prep.work import warm_up
@@ -102,6 +102,8 @@ def _findings(entry: Entry, recipe: Recipe) -> Iterator[dict[str, Any]]:
     yield {"low": raw.vertices.min(axis=0).tolist(), "high": raw.vertices.max(axis=0).tolist()}
     with suppress(InvalidMesh):
         yield _labels(entry, raw)
+    if found := offered(data, entry.path.suffix):
+        yield {"offered": [{"form": form, "name": name, "domain": domain} for form, name, domain in found]}
     mesh = clean(raw.vertices, raw.faces, weld=recipe.weld, place=entry.source)
     edges = edges_of(mesh.faces)
     yield {"centre": mesh.centre.tolist(), "radius": mesh.scale, "counts": counts_of(mesh, edges)}

@@ -23,6 +23,9 @@ def rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         shares = ", ".join(f"{value}: {count}" for value, count in labels["lines"].items())
         result.append(("labels", f"{labels['file']}, one a {labels['domain']}; {shares}"))
         result += [("labels stored", labels["rule"])] if "rule" in labels else []
+    if "offered" in found:
+        forms = (f"{labels['form']} {labels['name']}".strip() for labels in found["offered"])
+        result.append(("could be labels", ", ".join(forms)))
     return [*result, ("verdict", verdict(diagnosis))]
 
 

@@ -27,7 +27,7 @@ def fetch(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder of the raw files [default: data/raw/NAME].", parser=local_folder, metavar="DIR"),
+        typer.Option(help="Folder of the raw files; data/raw/NAME if not given.", parser=local_folder, metavar="DIR"),
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Accept the licence without being asked.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Fetch again, and replace what was fetched before.")] = False,

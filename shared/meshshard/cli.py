@@ -13,6 +13,7 @@ from meshshard.errors import MeshshardError
 
 VERBS = (
     "datasets",
+    "fetch",
     "scan",
     "features",
     "doctor",
@@ -40,6 +41,8 @@ EXTRAS = {
         "numba",
         "platformdirs",
         "pymetis",
+        "pooch",
+        "requests",
     ),
     "bench": ("potpourri3d",),
     "distributed": ("dask", "distributed", "ray"),

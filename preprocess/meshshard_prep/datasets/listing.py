@@ -5,6 +5,7 @@ from textwrap import fill
 from typing import Any
 
 from meshshard_prep.datasets.layout import Adapter
+from meshshard_prep.fetch.sources import source_of
 
 WIDTH, INDENT = 118, 24
 
@@ -35,6 +36,8 @@ def as_text(adapters: list[Adapter]) -> str:
             same = list(together)
             for summary, names in groupby(same, lambda adapter: adapter.summary):
                 lines += _named(", ".join(adapter.name for adapter in names), summary)
+            if source_of(same[0]):
+                lines.append(_wrapped(f"fetch: meshshard fetch {same[0].name}"))
             lines += [_wrapped(f"from: {same[0].origin}"), _wrapped(f"licence: {same[0].licence}")]
             lines += [_wrapped(f"cite: {same[0].citation}"), ""]
     return "\n".join(lines).rstrip()

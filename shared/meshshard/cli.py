@@ -14,6 +14,7 @@ from meshshard.errors import MeshshardError
 VERBS = (
     "datasets",
     "scan",
+    "fetch",
     "features",
     "doctor",
     "info",
@@ -23,6 +24,7 @@ VERBS = (
     "evaluate",
     "predict",
     "export",
+    "generate",
     "bench",
 )
 """Order in `--help`; verbs that others add follow."""
@@ -39,6 +41,8 @@ EXTRAS = {
         "numba",
         "platformdirs",
         "pymetis",
+        "pooch",
+        "requests",
     ),
     "bench": ("potpourri3d",),
     "distributed": ("dask", "distributed", "ray"),

@@ -23,6 +23,7 @@ from meshshard_prep.datasets import (
 from meshshard_prep.datasets.folder import read_folder
 from meshshard_prep.datasets.layout import Adapter, Draw, Entry, LabelFile, RawDataset
 from meshshard_prep.datasets.own import read_toml
+from meshshard_prep.fetch.sources import source_of
 
 __all__ = ["ADAPTERS", "Adapter", "Draw", "Entry", "LabelFile", "RawDataset", "read_dataset"]
 
@@ -68,9 +69,10 @@ def read_dataset(
                 tell(f"making the raw files of {name} in {root}")
             adapter.generate(root)
         if not adapter.is_complete(root):
+            then = f"Type: meshshard fetch {name}" if source_of(adapter) else "Unpack them there"
             raise UsageError(
                 f"the raw files of {name} are not in {root}. They come from {adapter.origin} ({adapter.licence}). "
-                f"Unpack them there, or say where they are: make features DATASET={name} RAW=<folder>"
+                f"{then}, or say where they are: make features DATASET={name} RAW=<folder>"
             )
         return _known(adapter, adapter.read(root), draw)
     if not name:

@@ -8,10 +8,10 @@ from meshshard_prep.datasets.meshcnn import read_segmentation
 
 
 def _generate(root: Path) -> None:
-    from meshshard_prep.minicoseg import generate  # scikit-image takes a second to import
+    from meshshard_prep.minicoseg import Collection, generate  # scikit-image takes a second to import
 
     try:
-        generate(root)
+        generate(root, Collection(), jobs=-1)
     except FileExistsError as error:
         raise UsageError(str(error)) from error
 

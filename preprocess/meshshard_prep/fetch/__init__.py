@@ -1,0 +1,1 @@
+"""Raw files of known data sets from their published addresses, checked, into data/raw."""

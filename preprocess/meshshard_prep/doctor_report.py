@@ -16,6 +16,9 @@ def rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     if "vertices" in found:
         result.append(("vertices", str(found["vertices"])))
         result.append(("faces", f"{found['polygons']} polygons, {found['triangles']} triangles"))
+    if "prepared" in found:
+        prepared = found["prepared"]
+        result.append(("prepared", f"{prepared['vertices']} vertices, {prepared['triangles']} triangles"))
     if "counts" in found:
         result += _geometry(found)
     if "labels" in found:

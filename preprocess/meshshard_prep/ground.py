@@ -13,7 +13,7 @@ from meshshard.errors import UsageError
 from meshshard.files import TEMPORARY_PREFIX
 from meshshard_prep import staging
 
-PACKAGES = ("meshshard", "numpy", "scipy", "libigl", "robust-laplacian", "numba", "pymetis")
+PACKAGES = ("meshshard", "numpy", "scipy", "libigl", "robust-laplacian", "numba", "pymetis", "pymeshlab")
 """What the numbers of a sample come from."""
 
 

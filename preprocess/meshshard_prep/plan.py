@@ -39,8 +39,9 @@ class Plan:
 
 def make_plan(dataset: RawDataset, out: Path, recipe: Recipe) -> Plan:
     """Hash all raw files and hold them against what `out` holds. Nothing is written. UsageError: two entries have one
-    id, or `out` holds another data set."""
+    id, `out` holds another data set, or the recipe has steps and the data set a correspondence."""
     _check_ids(dataset)
+    _check_correspondence(dataset, recipe)
     before = stored_before(out)
     _check_owner(before, dataset, out)
     staged = staging.staged(out)
@@ -92,6 +93,15 @@ def _check_ids(dataset: RawDataset) -> None:
         if entry.id in seen:
             raise UsageError(f"two meshes have the id {entry.id!r}: {seen[entry.id]} and {entry.source}")
         seen[entry.id] = entry.source
+
+
+def _check_correspondence(dataset: RawDataset, recipe: Recipe) -> None:
+    """UsageError: the recipe would leave none of the vertices that a correspondence names."""
+    if recipe.changes_mesh and any(entry.correspondence for entry in dataset.entries):
+        raise UsageError(
+            f"{dataset.name} has a correspondence, which names vertices of the mesh files, and recipe {recipe.name} "
+            "stores other meshes; leave out --step and --simplify, or give --no-labels"
+        )
 
 
 def _check_owner(before: Before, dataset: RawDataset, out: Path) -> None:

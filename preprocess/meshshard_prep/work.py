@@ -97,6 +97,9 @@ def warm_up(recipe: Recipe) -> None:
     """Load, and where needed compile, what meshes of a recipe need, so that no mesh's time limit pays for it.
     UsageError: the recipe suits no mesh."""
     from meshshard_prep.pipeline import compute_features
+    from meshshard_prep.prepare import simplify
 
+    if recipe.simplify:
+        simplify.warm_up()
     with contextlib.suppress(InvalidMesh):  # too coarse for this recipe, perhaps; everything is loaded
         compute_features(*TETRAHEDRON, recipe)

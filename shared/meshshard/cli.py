@@ -39,6 +39,7 @@ EXTRAS = {
         "platformdirs",
         "pymetis",
     ),
+    "simplify": ("pymeshlab",),
     "bench": ("potpourri3d",),
     "distributed": ("dask", "distributed", "ray"),
     "remote": ("fsspec", "s3fs"),

@@ -119,6 +119,26 @@ def write_obj(path: Path, vertices, faces):
     path.write_text("".join(lines))
 
 
+def write_off(path: Path, vertices, faces, keyword="OFF\n"):
+    """A plain OFF file; ModelNet's keyword has no line of its own."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    lines = [f"{keyword}{len(vertices)} {len(faces)} 0\n"]
+    lines += [f"{x!r} {y!r} {z!r}\n" for x, y, z in np.asarray(vertices).tolist()]
+    lines += [f"{len(face)} {' '.join(map(str, face))}\n" for face in np.asarray(faces).tolist()]
+    path.write_text("".join(lines))
+
+
+def write_ply(path: Path, vertices, faces):
+    """A plain PLY file, as text."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    lines = ["ply\nformat ascii 1.0\n", f"element vertex {len(vertices)}\n"]
+    lines += [f"property float {axis}\n" for axis in "xyz"]
+    lines += [f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"]
+    lines += [f"{x!r} {y!r} {z!r}\n" for x, y, z in np.asarray(vertices).tolist()]
+    lines += [f"{len(face)} {' '.join(map(str, face))}\n" for face in np.asarray(faces).tolist()]
+    path.write_text("".join(lines))
+
+
 def write_labels(path: Path, labels):
     """One integer a line."""
     path.parent.mkdir(parents=True, exist_ok=True)

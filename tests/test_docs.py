@@ -18,6 +18,7 @@ from meshshard.cli import VERBS
 from meshshard.errors import FAILURES, REFUSALS
 from meshshard.schema import ATTRIBUTES, FIELDS
 from meshshard_prep.datasets import ADAPTERS, read_dataset
+from meshshard_prep.datasets.own.keys import KEYS
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -97,18 +98,44 @@ def test_every_command_has_an_example_and_every_option_a_help():
             assert parameter.help, (name, parameter.name)
 
 
-def test_every_data_set_is_documented():
-    text = (DOCS / "datasets.md").read_text()
-    assert [name for name in ADAPTERS if f"`{name}`" not in text] == []
+@pytest.mark.parametrize("name", ADAPTERS)
+def test_every_data_set_has_a_page(name):
+    adapter = ADAPTERS[name]
+    page = DOCS / "datasets" / f"{adapter.page}.md"
+    text = " ".join(page.read_text().split())
+    rows = table(page.read_text())
+    folder, expected = rows[f"meshshard features {name}"]
+    assert folder.strip("`").removeprefix("made in `") == f"data/raw/{adapter.folder or name}"
+    if adapter.expected:
+        assert expected == ", ".join(f"{count} {what or 'meshes'}" for what, count in adapter.expected.items())
+    assert f"Task: {adapter.task}" in text
+    for part in (*adapter.licence.split("; "), *adapter.citation.split("; ")):
+        assert part in text
+    assert "## Layout" in text
+    assert "## Traps" in text
+    assert "**Source:**" in text
+    assert f"(datasets/{page.name})" in (DOCS / "datasets.md").read_text()
 
 
-def test_toml_block_of_the_data_set_document(tmp_path):
-    (block,) = blocks(DOCS / "datasets.md", "toml")
-    assert tomllib.loads(block)
-    write_obj(tmp_path / "meshes" / "a.obj", *box())
-    write_labels(tmp_path / "meshes" / "a.seg", [3, 7] * 6)
-    (tmp_path / "bones.toml").write_text(block)
-    assert read_dataset(str(tmp_path / "bones.toml")).classes == ("femur", "tibia")
+def test_toml_blocks_of_the_data_set_document(tmp_path):
+    first, second = blocks(DOCS / "datasets.md", "toml")
+    for patient in range(4):
+        write_obj(tmp_path / "meshes" / "shapes" / f"patient{patient}_left.off", *box())
+        write_labels(tmp_path / "meshes" / "gt" / f"patient{patient}_left.seg", [1, 2] * 6)
+    for block in (first, second):
+        (tmp_path / "bones.toml").write_text(block)
+        dataset = read_dataset(str(tmp_path / "bones.toml"))
+        assert (dataset.name, dataset.classes, len(dataset.entries)) == ("bones", ("femur", "tibia"), 4)
+    assert dataset.entries[0].labels.classes == {0: -1, 1: 0, 2: 1, 3: 1}
+    assert set(dataset.splits.values()) == {"train", "val", "test"}
+
+
+def test_every_key_of_a_toml_file_is_documented_with_its_choices_and_nothing_else():
+    section = (DOCS / "datasets.md").read_text().split("## Known by name")[0]
+    rows = table(section)
+    assert list(rows) == list(KEYS)
+    for name, key in KEYS.items():
+        assert [choice for choice in key.choices if f"`{choice}`" not in rows[name][0]] == []
 
 
 def test_readme_python_block():

@@ -56,7 +56,9 @@ class Before:
         if name not in self.places:
             return "its shard is damaged or gone"
         shard, row = self.places[name]
-        return "mesh changed" if shard.columns["source_sha256"][row] != job.source_sha256 else "labels changed"
+        if shard.columns["source_sha256"][row] != job.source_sha256:
+            return "mesh changed"
+        return "labels changed" if job.entry.correspondence is None else "correspondence changed"
 
 
 def stored_before(folder: Path) -> Before:

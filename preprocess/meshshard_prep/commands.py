@@ -17,22 +17,15 @@ if TYPE_CHECKING:
 
 
 def datasets(as_json: AsJson = False) -> None:
-    """The data sets known by name: what they are, where they come from, their licences.
+    """The data sets known by name, by task: what they are, where they come from, their licences.
 
     Example: meshshard datasets
     """
     from meshshard_prep.datasets import ADAPTERS  # plyfile and numpy stay out of --help
+    from meshshard_prep.datasets.listing import as_table, as_text
 
-    if as_json:
-        known = {
-            a.name: {"summary": a.summary, "licence": a.licence, "citation": a.citation, "origin": a.origin}
-            for a in ADAPTERS.values()
-        }
-        typer.echo(to_json(known))
-        return
-    for adapter in ADAPTERS.values():
-        typer.echo(f"{adapter.name:13} {adapter.summary}\n{'':13} from {adapter.origin}")
-        typer.echo(f"{'':13} licence: {adapter.licence}\n{'':13} cite: {adapter.citation}\n")
+    adapters = list(ADAPTERS.values())
+    typer.echo(to_json(as_table(adapters)) if as_json else as_text(adapters))
 
 
 Raw = Annotated[

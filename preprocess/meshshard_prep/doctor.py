@@ -19,7 +19,7 @@ from meshshard_prep.features.edges import edges_of
 from meshshard_prep.formats import format_of, parse_mesh, read_file
 from meshshard_prep.isolation import Limits, Lost, isolated
 from meshshard_prep.jobs import make_job, printable, read_entry
-from meshshard_prep.labels import FORMS, class_table, labels_of
+from meshshard_prep.labels import class_table, labels_of, listed, offered
 from meshshard_prep.mesh import RawMesh
 from meshshard_prep.pipeline import compute_sample, counts_of
 from meshshard_prep.prepare.steps import prepare
@@ -103,6 +103,8 @@ def _findings(entry: Entry, recipe: Recipe) -> Iterator[dict[str, Any]]:
     yield {"low": raw.vertices.min(axis=0).tolist(), "high": raw.vertices.max(axis=0).tolist()}
     with suppress(InvalidMesh):
         yield _labels(entry, raw)
+    if found := offered(data, entry.path.suffix):
+        yield {"offered": [{"form": form, "name": name, "domain": domain} for form, name, domain in found]}
     raw = prepare(raw, None, recipe, place=entry.source).mesh
     if recipe.changes_mesh:
         yield {"prepared": {"vertices": len(raw.vertices), "triangles": len(raw.faces)}}
@@ -117,9 +119,10 @@ def _labels(entry: Entry, raw: RawMesh) -> dict[str, Any]:
     if file is None:
         return {}
     name = file.path.name
-    lines = FORMS[file.form](read_file(file.path, name), file.name, name).classes(file.classes)
-    labels = labels_of(raw, lines, file.domains, name)
+    lines, domains = listed(file, read_file(file.path, name), raw)
+    labels = labels_of(raw, lines, domains, name, file.to)
     names = {number: value for value, number in file.classes.items()}
     values, counts = np.unique(lines, return_counts=True)
     shares = {str(names.get(value, -1)): count for value, count in zip(values.tolist(), counts.tolist(), strict=True)}
-    return {"labels": {"file": name, "domain": labels.domain, "lines": shares}}
+    found = {"file": name, "domain": labels.domain, "lines": shares}
+    return {"labels": found | ({"rule": labels.rule} if labels.rule else {})}

@@ -25,6 +25,10 @@ def rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         labels = found["labels"]
         shares = ", ".join(f"{value}: {count}" for value, count in labels["lines"].items())
         result.append(("labels", f"{labels['file']}, one a {labels['domain']}; {shares}"))
+        result += [("labels stored", labels["rule"])] if "rule" in labels else []
+    if "offered" in found:
+        forms = (f"{labels['form']} {labels['name']}".strip() for labels in found["offered"])
+        result.append(("could be labels", ", ".join(forms)))
     return [*result, ("verdict", verdict(diagnosis))]
 
 

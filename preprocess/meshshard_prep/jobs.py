@@ -1,5 +1,6 @@
 """Entries to jobs: what a mesh is made of, by hash. Its key names its sample: same key, same numbers."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -50,12 +51,13 @@ def make_job(entry: Entry, recipe: Recipe) -> Job:
             advice="rename it",
         ) from None
     mesh_sha256 = sha256_of_input(entry.path, entry.source)
-    labels = label_file(entry)
-    labels_sha256 = None if labels is None else sha256_of_input(labels, labels.name)
+    hashes = [mesh_sha256, *(None if path is None else sha256_of_input(path, path.name) for path in _others(entry))]
     entry = replace(entry, path=_whole(entry.path))
     if entry.labels is not None:
         entry = replace(entry, labels=replace(entry.labels, path=_whole(entry.labels.path)))
-    return Job(entry=entry, source_sha256=mesh_sha256, key=key_of(entry, mesh_sha256, labels_sha256, recipe))
+    if entry.correspondence is not None:
+        entry = replace(entry, correspondence=_whole(entry.correspondence))
+    return Job(entry=entry, source_sha256=mesh_sha256, key=key_of(entry, hashes, recipe))
 
 
 def _whole(path: Path) -> Path:
@@ -63,19 +65,23 @@ def _whole(path: Path) -> Path:
     return path if isinstance(path, RemotePath) else path.absolute()
 
 
-def key_of(entry: Entry, mesh_sha256: str, labels_sha256: str | None, recipe: Recipe) -> str:
-    """Hash of all that a sample depends on: mesh and label bytes, what labels mean, recipe, ALGORITHM_VERSION.
+def key_of(entry: Entry, hashes: Sequence[str | None], recipe: Recipe) -> str:
+    """Hash of all that a sample depends on: bytes of the files, what they mean, recipe, ALGORITHM_VERSION.
 
+    `hashes`: of mesh, labels and correspondence, None where the entry has none.
     Paths, times, job counts and splits are not part of it.
     """
-    parts = (
+    mesh, labels, correspondence = hashes
+    parts = [
         f"algorithm {ALGORITHM_VERSION}",
         _text_of(recipe),
-        mesh_sha256,
+        str(mesh),
         entry.path.suffix.lower(),
-        labels_sha256 or "no labels",
+        labels or "no labels",
         repr((_meaning_of(entry.labels), entry.mesh_label)),
-    )
+    ]
+    if entry.correspondence is not None:
+        parts += [f"template of {entry.template}", correspondence or "the template's own vertices"]
     return sha256_of("\n".join(parts).encode())
 
 
@@ -91,11 +97,16 @@ def _text_of(recipe: Recipe) -> str:
     return recipe.to_json()
 
 
-def read_entry(entry: Entry) -> tuple[bytes, bytes | None]:
-    """The bytes of an entry's mesh file and, where it should have one, of its label file."""
+def read_entry(entry: Entry) -> tuple[bytes, bytes | None, bytes | None]:
+    """The bytes of an entry's mesh file and, where it should have them, of its label file and its correspondence."""
     mesh = read_file(entry.path, entry.source)
-    labels = label_file(entry)
-    return mesh, None if labels is None else read_file(labels, labels.name)
+    labels, correspondence = (None if path is None else read_file(path, path.name) for path in _others(entry))
+    return mesh, labels, correspondence
+
+
+def _others(entry: Entry) -> tuple[Path | None, Path | None]:
+    """The files of an entry beside its mesh."""
+    return label_file(entry), correspondence_file(entry)
 
 
 def label_file(entry: Entry) -> Path | None:
@@ -107,6 +118,23 @@ def label_file(entry: Entry) -> Path | None:
         raise InvalidMesh(
             "no-labels",
             f"its label file is {path.name}",
+            "there is no such file",
+            place=entry.source,
+            advice=f"put it at {path.parent.name}/{path.name}, or take the mesh away",
+        )
+    return path
+
+
+def correspondence_file(entry: Entry) -> Path | None:
+    """The file that names an entry's vertices, or None where it needs none. InvalidMesh: it should have one and has
+    not."""
+    path = entry.correspondence
+    if path is None or path == entry.path:
+        return None
+    if not path.exists():
+        raise InvalidMesh(
+            "no-correspondence",
+            f"the file that names its vertices is {path.name}",
             "there is no such file",
             place=entry.source,
             advice=f"put it at {path.parent.name}/{path.name}, or take the mesh away",

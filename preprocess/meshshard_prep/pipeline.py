@@ -3,6 +3,7 @@
 Whoever makes the same mesh and recipe give other numbers raises ALGORITHM_VERSION in plan.py.
 """
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -14,6 +15,7 @@ from meshshard.errors import InvalidMesh
 from meshshard.recipe import Recipe, find_recipe
 from meshshard.sample import DIAGNOSTICS, Sample
 from meshshard_prep.clean import Mesh, clean
+from meshshard_prep.correspondence import correspondence_of
 from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.features.adjacency import face_adjacency
 from meshshard_prep.features.areas import face_areas, vertex_areas
@@ -52,13 +54,17 @@ def compute_features(vertices: ArrayLike, faces: ArrayLike, recipe: str | Recipe
     return features_of(mesh, find_recipe(recipe) if isinstance(recipe, str) else recipe)
 
 
-def compute_sample(entry: Entry, content: bytes, labels: bytes | None, recipe: Recipe) -> Sample:
-    """One entry of a data set: the bytes of its mesh file, and of its label file, to a Sample."""
+def compute_sample(
+    entry: Entry, content: bytes, labels: bytes | None, correspondence: bytes | None, recipe: Recipe
+) -> Sample:
+    """One entry of a data set: the bytes of its mesh file, its label file and its correspondence, to a Sample."""
     mesh = parse_mesh(content, entry.source, entry.path.suffix)
     found = None
     if labels is not None and entry.labels is not None:
         found = read_labels(entry.labels, labels, mesh)
-    return features_of(mesh, recipe, found, place=entry.source, mesh_label=entry.mesh_label)
+    matched = correspondence_of(entry, correspondence, len(mesh.vertices))
+    sample = features_of(mesh, recipe, found, place=entry.source, mesh_label=entry.mesh_label)
+    return replace(sample, correspondence=matched)
 
 
 def features_of(

@@ -12,6 +12,7 @@ from meshshard.index import Rejection
 from meshshard.recipe import Recipe
 from meshshard_prep import staging
 from meshshard_prep.before import Before, stored_before
+from meshshard_prep.correspondence import check_vertices_stay
 from meshshard_prep.datasets.layout import Entry, RawDataset
 from meshshard_prep.jobs import Job, make_job, rejection
 
@@ -39,9 +40,9 @@ class Plan:
 
 def make_plan(dataset: RawDataset, out: Path, recipe: Recipe) -> Plan:
     """Hash all raw files and hold them against what `out` holds. Nothing is written. UsageError: two entries have one
-    id, `out` holds another data set, or the recipe has steps and the data set a correspondence."""
+    id, the recipe takes away vertices that the data set names, or `out` holds another data set."""
     _check_ids(dataset)
-    _check_correspondence(dataset, recipe)
+    check_vertices_stay(dataset, recipe)
     before = stored_before(out)
     _check_owner(before, dataset, out)
     staged = staging.staged(out)
@@ -93,15 +94,6 @@ def _check_ids(dataset: RawDataset) -> None:
         if entry.id in seen:
             raise UsageError(f"two meshes have the id {entry.id!r}: {seen[entry.id]} and {entry.source}")
         seen[entry.id] = entry.source
-
-
-def _check_correspondence(dataset: RawDataset, recipe: Recipe) -> None:
-    """UsageError: the recipe would leave none of the vertices that a correspondence names."""
-    if recipe.changes_mesh and any(entry.correspondence for entry in dataset.entries):
-        raise UsageError(
-            f"{dataset.name} has a correspondence, which names vertices of the mesh files, and recipe {recipe.name} "
-            "stores other meshes; leave out --step and --simplify, or give --no-labels"
-        )
 
 
 def _check_owner(before: Before, dataset: RawDataset, out: Path) -> None:

@@ -70,12 +70,13 @@ def compute(job: Job, out: Path, recipe: Recipe) -> Outcome:
     start = time.perf_counter()
     staged, refusal = "", None
     try:
-        mesh, labels = read_entry(job.entry)
-        if key_of(job.entry, sha256_of(mesh), None if labels is None else sha256_of(labels), recipe) != job.key:
+        contents = read_entry(job.entry)
+        hashes = [None if data is None else sha256_of(data) for data in contents]
+        if key_of(job.entry, hashes, recipe) != job.key:
             message = f"{job.entry.source}: the file changed while the run went on; run again [changed]"
             refusal = rejection(job.entry, "changed", message, "")
         else:
-            sample = compute_sample(job.entry, mesh, labels, recipe)
+            sample = compute_sample(job.entry, *contents, recipe)
             staged = _put(out, replace(sample, key=job.key, **job.names()))
     except InvalidMesh as error:
         key = "" if error.code == "unreadable" else job.key  # a network comes back: the next run tries again

@@ -13,6 +13,7 @@ from meshshard.errors import MeshshardError
 
 VERBS = (
     "datasets",
+    "scan",
     "features",
     "doctor",
     "info",
@@ -22,6 +23,7 @@ VERBS = (
     "evaluate",
     "predict",
     "export",
+    "generate",
     "bench",
 )
 """Order in `--help`; verbs that others add follow."""

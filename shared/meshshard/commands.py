@@ -82,7 +82,7 @@ def verify(
 
 def export(
     data: Data,
-    to: Annotated[str, typer.Option(help="Format: npz, ply, vtkhdf, pyg or diffusionnet.")],
+    to: Annotated[str, typer.Option(help="Format: npz, ply, vtkhdf, pyg, diffusionnet, seg or eseg.")],
     out: Annotated[Path, typer.Option(help="Folder for the files, one for each mesh.")],
     split: Annotated[str | None, typer.Option(help="Only the meshes of this split.")] = None,
     id: Annotated[list[str] | None, typer.Option(help="Only meshes with such an id: * is any text.")] = None,

@@ -26,8 +26,13 @@ REFUSALS = {
     "bad-spectrum": "The eigenpairs asked for could not be computed to their tolerance, or not all were found.",
     # labels
     "no-labels": "The label file that the layout asks for is not there.",
-    "bad-label": "A line of the label file is not an integer, or not one of the data set's classes.",
-    "label-count": "The label file has as many lines as the mesh has neither faces, nor edges, nor vertices.",
+    "bad-label": "The label file is not what its form says, or a label is none of the data set's classes.",
+    "not-triangles": "Labels of edges are asked for, and the mesh has faces of more than three corners.",
+    "label-count": "The label file has as many labels as the mesh has neither faces, nor edges, nor vertices.",
+    # correspondence
+    "no-correspondence": "The file that says which vertex is which of a template is not there.",
+    "bad-correspondence": "A line of that file is not a vertex of the mesh.",
+    "correspondence-count": "A mesh names more or fewer vertices than its data set's template has.",
 }
 """Stable code of every refusal -> what it means. docs/refusals.md is checked against this table."""
 

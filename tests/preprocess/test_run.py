@@ -227,7 +227,7 @@ def test_hostile_folder(tmp_path):
     for name, (_, code, place) in HOSTILE.items():
         assert refused[name].code == code
         assert refused[name].message.startswith(place)
-    assert "32 (faces) or 48 (edges) or 18 (vertices), but it has 31 lines" in refused["short.obj"].message
+    assert "32 (faces) or 48 (edges) or 18 (vertices), but it has 31." in refused["short.obj"].message
     assert all(", but " in entry.message for entry in refused.values())
     # refusals are remembered, and forgotten when the file changes
     assert go(root, tmp_path / "out").computed == 0

@@ -117,7 +117,7 @@ def test_generated_meshes_with_random_labels(domain, tmp_path, measured):
             labels[:5] = classes[: len(labels[:5])]  # every class is there, so that their numbers are known
             write_labels(path.with_suffix(".seg"), labels)
     file = tmp_path / "set.toml"
-    file.write_text(f'raw = "raw"\nlabel_domain = "{domain}"\n')
+    file.write_text(f'raw = "raw"\n[labels]\ndomain = "{domain}"\n')
     dataset = read_dataset(str(file))
     assert dataset.classes == ("2", "3", "5", "9")
     number = {-1: -1, 2: 0, 3: 1, 5: 2, 9: 3}

@@ -56,6 +56,10 @@ def train(
     from meshshard_train.results import write_results
 
     dataset = open_dataset(folder)
+    if dataset.task == "correspondence":
+        raise UsageError(
+            f"{folder} is for correspondence, which is not trained here; read its shards with open_dataset"
+        )
     if dataset.task not in TASKS:
         raise UsageError(f"{folder} has no labels, and training needs them; see docs/datasets.md")
     if recipe not in RECIPES:

@@ -27,7 +27,7 @@ def graph_of(sample: Sample, task: str, inputs: Sequence[str] = INPUTS) -> dict[
 
     pos (V,3) float32: normalised. face (3,F) int64. x (V,C) float32: the inputs' columns side by side, unscaled.
     y int64, -1 unlabelled: (F,) of the faces, or (V,) where vertices are labelled, or (1,) for the task
-    "classification"; none for "unlabelled".
+    "classification"; none for "unlabelled" and "correspondence".
     """
     columns = [getattr(sample, name).reshape(len(sample.vertices), -1) for name in inputs]
     graph = {
@@ -35,7 +35,7 @@ def graph_of(sample: Sample, task: str, inputs: Sequence[str] = INPUTS) -> dict[
         "face": torch.from_numpy(np.ascontiguousarray(sample.faces.T, dtype=np.int64)),
         "x": torch.from_numpy(np.concatenate(columns, axis=1)),
     }
-    if task != "unlabelled":
+    if task not in ("unlabelled", "correspondence"):
         graph["y"] = torch.from_numpy(_labels(sample, task).astype(np.int64))
     return graph
 

@@ -7,15 +7,40 @@ from pathlib import Path
 
 from meshshard.errors import UsageError
 from meshshard.remote import RemotePath, listed, to_path
-from meshshard_prep.datasets import coseg, human_seg, minicoseg, shrec_16
+from meshshard_prep.datasets import (
+    coseg,
+    coseg_original,
+    cubes,
+    faust_scape,
+    human_seg,
+    human_seg_original,
+    intra,
+    minicoseg,
+    modelnet,
+    psb,
+    shrec11,
+)
 from meshshard_prep.datasets.folder import read_folder
 from meshshard_prep.datasets.layout import Adapter, Draw, Entry, LabelFile, RawDataset
-from meshshard_prep.datasets.toml_file import read_toml
+from meshshard_prep.datasets.own import read_toml
 
 __all__ = ["ADAPTERS", "Adapter", "Draw", "Entry", "LabelFile", "RawDataset", "read_dataset"]
 
 ADAPTERS = {
-    adapter.name: adapter for adapter in (minicoseg.ADAPTER, human_seg.ADAPTER, shrec_16.ADAPTER, *coseg.ADAPTERS)
+    adapter.name: adapter
+    for adapter in (
+        minicoseg.ADAPTER,
+        human_seg.ADAPTER,
+        human_seg_original.ADAPTER,
+        *coseg.ADAPTERS,
+        *coseg_original.ADAPTERS,
+        intra.ADAPTER,
+        *psb.ADAPTERS,
+        *shrec11.ADAPTERS,
+        *modelnet.ADAPTERS,
+        cubes.ADAPTER,
+        *faust_scape.ADAPTERS,
+    )
 }
 """Every data set known by name."""
 
@@ -52,7 +77,7 @@ def read_dataset(
         raise UsageError("a data set is a known name, a folder, a mesh file or a .toml file; an empty name is none")
     path = listed(to_path(name))
     if path.suffix == ".toml" and path.is_file():
-        return read_toml(path, raw)
+        return read_toml(path, raw, draw)
     if raw is not None:
         raise UsageError(f"--raw goes with a data set's name or a .toml file; {name!r} is neither")
     if path.exists():
@@ -66,7 +91,7 @@ def read_dataset(
 def _known(adapter: Adapter, found: RawDataset, draw: Draw) -> RawDataset:
     """What was read, with what is known about the data set: its licence, its splits, what is missing."""
     notes = (*found.notes, *_counted(adapter, found))
-    found = replace(found, licence=adapter.licence, citation=adapter.citation, notes=notes)
+    found = replace(found, name=adapter.name, licence=adapter.licence, citation=adapter.citation, notes=notes)
     return adapter.split(found, draw) if adapter.split else found
 
 

@@ -5,18 +5,27 @@ from dataclasses import replace
 from pathlib import Path
 
 from meshshard.errors import UsageError
+from meshshard_prep.datasets.joined import joined
 from meshshard_prep.datasets.layout import Adapter, Entry, RawDataset
 from meshshard_prep.datasets.meshcnn import read_segmentation
 
 PARTS = {"aliens": 4, "chairs": 3, "vases": 4}
 """Set -> how many parts its shapes have. The archive does not name them."""
 
+LICENCE = "research only; no licence stated"
+CITATION = "Wang et al. 2012, Active Co-Analysis of a Set of Shapes"
+
+
+def part_names(shape: str) -> tuple[str, ...]:
+    """Names for the parts of a set, which are published as numbers."""
+    return tuple(f"{shape} part {number}" for number in range(PARTS[shape]))
+
 
 def read_set(root: Path, shape: str) -> RawDataset:
     """One set: `root` is its folder, or the folder that holds coseg_<shape>."""
     inside = root / f"coseg_{shape}"
     folder = inside if inside.is_dir() else root
-    parts = tuple(f"{shape} part {number}" for number in range(PARTS[shape]))
+    parts = part_names(shape)
     found = read_segmentation(folder, name=f"coseg_{shape}", classes=parts, first_value=0)
     return replace(found, entries=tuple(_counted(entry, len(parts)) for entry in found.entries))
 
@@ -37,27 +46,16 @@ def read_all(root: Path) -> RawDataset:
     missing = [f"coseg_{shape}" for shape in PARTS if not (root / f"coseg_{shape}").is_dir()]
     if missing:
         raise UsageError(f"{root} lacks {', '.join(missing)}; add what is missing, or name one set, as coseg_chairs")
-    classes: list[str] = []
-    entries: list[Entry] = []
-    for shape in PARTS:
-        part = read_set(root, shape)
-        for entry in part.entries:
-            assert entry.labels is not None
-            table = {value: len(classes) + number for value, number in entry.labels.classes.items()}
-            labels = replace(entry.labels, classes=table)
-            entries.append(
-                replace(entry, id=f"{shape}/{entry.id}", source=f"coseg_{shape}/{entry.source}", labels=labels)
-            )
-        classes += part.classes
-    return RawDataset(name="coseg", task="segmentation", classes=tuple(classes), entries=tuple(entries))
+    return joined("coseg", [(shape, f"coseg_{shape}", read_set(root, shape)) for shape in PARTS])
 
 
 def _adapter(name: str, summary: str, read: Callable[[Path], RawDataset]) -> Adapter:
     return Adapter(
         name=name,
+        page="coseg",
         summary=summary,
-        licence="research only; no licence stated",
-        citation="Wang et al. 2012, Active Co-Analysis of a Set of Shapes; archive: Milano et al. 2020 (PD-MeshNet)",
+        licence=LICENCE,
+        citation=f"{CITATION}; archive: Milano et al. 2020 (PD-MeshNet)",
         origin="PD-MeshNet's COSEG archive: the folders coseg_aliens, coseg_chairs and coseg_vases",
         read=read,
     )

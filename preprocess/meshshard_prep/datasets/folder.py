@@ -1,72 +1,97 @@
-"""Any folder of meshes. A label file may lie beside each mesh; train/, val/ and test/ on top are splits."""
+"""Any folder of meshes. A label file may lie beside each mesh; folders train/, val/ and test/ are splits."""
 
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from meshshard.errors import UsageError
-from meshshard_prep.datasets.layout import DOMAINS, SPLITS, Entry, LabelFile, RawDataset
+from meshshard_prep.datasets.layout import Entry, LabelFile, RawDataset
 from meshshard_prep.formats import MESH_SUFFIXES
 from meshshard_prep.labels import class_table
 
 LONGEST_NAME = 255
 """Bytes of a file's name, on the file systems in use."""
 
+SPLIT_FOLDERS = {
+    **{"train": "train", "training": "train"},
+    **{"val": "val", "valid": "val", "validation": "val"},
+    **{"test": "test", "testing": "test"},
+}
+"""Folder, in small letters -> the split of the meshes below it."""
+
 LABEL_SUFFIXES = (".seg", ".eseg", ".labels", ".txt")
 
 
-def read_folder(
-    root: Path, *, name: str = "", classes: tuple[str, ...] = (), domains: tuple[str, ...] = DOMAINS
-) -> RawDataset:
+def read_folder(root: Path) -> RawDataset:
     """Every mesh file below `root`. As soon as one mesh has a label file of its name beside it, all need one.
 
-    Files and folders whose name begins with a dot are passed over; links to files are followed, links to folders not.
-    Classes are the distinct integers of the label files, rising; `classes` names them. A single mesh file instead
-    of a folder is a data set of one.
+    Classes are the distinct integers of the label files, rising. A single mesh file instead of a folder is a data
+    set of one.
     """
     single = root.is_file()
-    paths = [root] if single else sorted(_mesh_files(root))
-    base = root.parent if single else root
-    if not paths:
-        raise UsageError(f"{root} holds no mesh: no file ends in {', '.join(MESH_SUFFIXES)}")
-    beside = {} if single else {path: found for path in paths if (found := labels_beside(path))}
-    names, table = class_table([LabelFile(path=found) for found in beside.values()], classes, root)
-    stems = [path.relative_to(base).with_suffix("").as_posix() for path in paths]
-    of_stem = Counter(stems)
-    entries = []
-    for path, stem in zip(paths, stems, strict=True):
-        source = path.relative_to(base).as_posix()
-        top = source.split("/")[0]
-        entries.append(
-            Entry(
-                id=stem if of_stem[stem] == 1 else source,
-                path=path,
-                source=source,
-                split=top if top in SPLITS and top != source else "",
-                labels=LabelFile(
-                    path=beside.get(path, path.with_suffix(LABEL_SUFFIXES[0])), classes=table, domains=domains
-                )
-                if beside
-                else None,
+    entries = mesh_entries(root)
+    beside = {} if single else {entry.path: found for entry in entries if (found := labels_beside(entry.path))}
+    classes, table = class_table([LabelFile(path=found) for found in beside.values()], (), root)
+    if beside:
+        missing = LABEL_SUFFIXES[0]
+        entries = tuple(
+            replace(
+                entry,
+                labels=LabelFile(path=beside.get(entry.path, entry.path.with_suffix(missing)), classes=table),
             )
+            for entry in entries
         )
     return RawDataset(
-        name=name or (root.stem if single else root.resolve().name),
+        name=root.stem if single else root.resolve().name,
         task="segmentation" if beside else "unlabelled",
-        classes=names,
-        entries=tuple(entries),
+        classes=classes,
+        entries=entries,
     )
 
 
-def _mesh_files(folder: Path) -> Iterator[Path]:
+def mesh_entries(root: Path) -> tuple[Entry, ...]:
+    """Every mesh file below `root`, or `root` itself if it is one, without labels. UsageError where there is none.
+
+    Files and folders whose name begins with a dot are passed over; links to files are followed, links to folders not.
+    The split is that of the first folder on the way which is named like one; there is none without train or test.
+    """
+    single = root.is_file()
+    paths = [root] if single else sorted(mesh_files_below(root))
+    base = root.parent if single else root
+    if not paths:
+        raise UsageError(f"{root} holds no mesh: no file ends in {', '.join(MESH_SUFFIXES)}")
+    sources = [path.relative_to(base) for path in paths]
+    stems = [source.with_suffix("").as_posix() for source in sources]
+    of_stem = Counter(stems)
+    splits = [split_of(source.parts[:-1]) for source in sources]
+    if not {"train", "test"} & set(splits):
+        splits = [""] * len(splits)  # a folder called valid may hold valid meshes
+    return tuple(
+        Entry(
+            id=stem if of_stem[stem] == 1 else source.as_posix(),
+            path=path,
+            source=source.as_posix(),
+            split=split,
+        )
+        for path, source, stem, split in zip(paths, sources, stems, splits, strict=True)
+    )
+
+
+def split_of(folders: Sequence[str]) -> str:
+    """The split that the first of the folders names which names one, or empty."""
+    return next((SPLIT_FOLDERS[name.lower()] for name in folders if name.lower() in SPLIT_FOLDERS), "")
+
+
+def mesh_files_below(folder: Path) -> Iterator[Path]:
     """What is no folder and ends like a mesh. A folder that cannot be listed is an OSError: it may hold meshes."""
     for path in folder.iterdir():
         if path.name.startswith("."):
             continue
         if path.is_dir():
             if not path.is_symlink():
-                yield from _mesh_files(path)
+                yield from mesh_files_below(path)
         elif path.suffix.lower() in MESH_SUFFIXES:
             yield path
 

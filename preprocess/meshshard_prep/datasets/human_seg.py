@@ -7,6 +7,9 @@ from meshshard_prep.datasets.meshcnn import read_segmentation
 
 PARTS = ("head", "hand", "lower arm", "upper arm", "body", "upper leg", "lower leg", "foot")
 
+LICENCE = "research only; parts derive from FAUST and SCAPE, which forbid redistribution"
+CITATION = "Maron et al. 2017, Convolutional Neural Networks on Surfaces via Seamless Toric Covers"
+
 
 def group_of(stem: str) -> str:
     """The sequence, subject or source of a mesh: frames and poses of one body must not be split.
@@ -23,9 +26,10 @@ def group_of(stem: str) -> str:
 
 ADAPTER = Adapter(
     name="human_seg",
+    page="human_body",
     summary="human bodies, 8 parts, 381 + 18 meshes of 1500 faces",
-    licence="research only; parts derive from FAUST and SCAPE, which forbid redistribution",
-    citation="Maron et al. 2017, Convolutional Neural Networks on Surfaces via Seamless Toric Covers",
+    licence=LICENCE,
+    citation=CITATION,
     origin="the human_seg archive that MeshCNN's scripts/human_seg/get_data.sh loads",
     expected={"train": 381, "test": 18},
     read=lambda root: read_segmentation(

@@ -4,29 +4,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from meshshard_prep.labels.label_file import DOMAINS, LabelFile
+
+__all__ = ["DOMAINS", "SPLITS", "Adapter", "Draw", "Entry", "LabelFile", "RawDataset", "without_labels"]
+
 SPLITS = ("train", "val", "test")
 """Names of the folders that are splits."""
-
-DOMAINS = ("face", "edge", "vertex")
-"""What a label file may count."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class LabelFile:
-    """Where the labels of a mesh are, and what they mean.
-
-    `path`: the file, which may be the mesh file itself. `form`: how labels are written there, a key of
-    `meshshard_prep.labels.FORMS`; `name`: of the property or column, for forms that have some. `classes`: what is
-    written -> class index, -1 for unlabelled. `domains`: what the file may count, of "face", "edge", "vertex".
-    `to`: "face" or "vertex", what the labels are converted to; empty: edges' become faces', others stay.
-    """
-
-    path: Path
-    form: str = "lines"
-    name: str = ""
-    classes: Mapping[int | str, int] = field(default_factory=dict)
-    domains: tuple[str, ...] = DOMAINS
-    to: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +19,7 @@ class Entry:
     `source`: its path below the raw folder. `split`: as shipped, "" for none. `group`: the subject or sequence it
     belongs to, "" for none known. `mesh_label`: class of the whole mesh, -1 for none. `labels`: of its parts.
     `correspondence`: the file that names its vertex for each vertex of a template, 1-based, a line each; the mesh
-    file itself where the mesh has the template's own vertices, in its order.
+    file itself where the mesh has the template's own vertices, in its order. `template`: how many vertices that has.
     """
 
     id: str
@@ -47,6 +30,7 @@ class Entry:
     mesh_label: int = -1
     labels: LabelFile | None = None
     correspondence: Path | None = None
+    template: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,8 +38,8 @@ class RawDataset:
     """A raw data set as found in its folder.
 
     `task`: "segmentation", "classification", "correspondence" or "unlabelled". `colours`: hexadecimal, one a class,
-    or none. `drawn`: id -> split, where splits are other than the entries' own; `split_rule` says how. `notes`: what
-    is missing or odd, as sentences for the user.
+    or none. `folds`: id -> fold, where folds are shipped. `drawn`: id -> split, where splits are other than the
+    entries' own; `split_rule` says how. `notes`: what is missing or odd, as sentences for the user.
     """
 
     name: str
@@ -65,6 +49,7 @@ class RawDataset:
     colours: tuple[str, ...] = ()
     licence: str = ""
     citation: str = ""
+    folds: Mapping[str, int] = field(default_factory=dict)
     drawn: Mapping[str, str] | None = None
     split_rule: str = "as shipped"
     notes: tuple[str, ...] = ()
@@ -95,18 +80,20 @@ class Draw:
 class Adapter:
     """A data set that is known by name.
 
-    `read` takes the raw folder; `generate`, where there is one, makes what `is_complete` misses in it. `split`, where
-    splits are not shipped, gives them. `expected`: number of meshes of each split (as shipped, "" for none), and
-    "classes" where folders are the classes; what differs is told. `folder`: name of its raw folder, where that is
-    another data set's.
+    `page`: of docs/datasets, which describes it. `read` takes the raw folder; `task` is that of what it gives.
+    `generate`, where there is one, makes what `is_complete` misses in it. `split`, where splits are not shipped,
+    gives them. `expected`: number of meshes of each split (as shipped, "" for none), and "classes" where folders are
+    the classes; what differs is told. `folder`: name of its raw folder, where that is shared with other data sets.
     """
 
     name: str
+    page: str
     summary: str
     licence: str
     citation: str
     origin: str
     read: Callable[[Path], RawDataset]
+    task: str = "segmentation"
     generate: Callable[[Path], None] | None = None
     is_complete: Callable[[Path], bool] = Path.is_dir
     split: Callable[[RawDataset, Draw], RawDataset] | None = None

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from meshshard.errors import UsageError
 from meshshard_prep.datasets.layout import SPLITS, Entry, LabelFile, RawDataset
+from meshshard_prep.datasets.told import lacking, not_read
 from meshshard_prep.formats import MESH_SUFFIXES
 from meshshard_prep.labels import class_table
 
@@ -41,12 +42,22 @@ def read_segmentation(
         )
         for split, path, label in found
     ]
-    return RawDataset(name=name or root.resolve().name, task="segmentation", classes=classes, entries=tuple(entries))
+    return RawDataset(
+        name=name or root.resolve().name,
+        task="segmentation",
+        classes=classes,
+        entries=tuple(entries),
+        notes=not_read(root, entries),
+    )
 
 
-def read_classification(root: Path, *, name: str = "") -> RawDataset:
-    """`<class>/{train,test}/*.obj`: the folder is the class; classes in alphabetical order."""
-    classes = tuple(sorted(p.name for p in root.iterdir() if any((p / split).is_dir() for split in SPLITS)))
+def read_classification(root: Path, *, name: str = "", classes: tuple[str, ...] = ()) -> RawDataset:
+    """`<class>/{train,test}/*.obj`: the folder is the class; classes in alphabetical order.
+
+    `classes`: those that are published, where they are known: one that is not there keeps its number, and is told.
+    """
+    there = sorted(p.name for p in root.iterdir() if any((p / split).is_dir() for split in SPLITS))
+    known = classes or tuple(there)
     entries = [
         Entry(
             id=f"{label}/{split}/{path.stem}",
@@ -55,20 +66,27 @@ def read_classification(root: Path, *, name: str = "") -> RawDataset:
             split=split,
             mesh_label=number,
         )
-        for number, label in enumerate(classes)
+        for number, label in enumerate(known)
         for split in SPLITS
         for path in mesh_files(root / label / split)
     ]
     if not entries:
         raise UsageError(f"{root} is not in MeshCNN's classification layout: no meshes in {root}/<class>/train")
     return RawDataset(
-        name=name or root.resolve().name, task="classification", classes=classes, entries=tuple(entries)
+        name=name or root.resolve().name,
+        task="classification",
+        classes=known,
+        entries=tuple(entries),
+        notes=lacking("classes", known, there) + not_read(root, entries),
     )
 
 
 def mesh_files(folder: Path) -> list[Path]:
-    """Mesh files of one folder, by name; none where there is no such folder."""
-    return sorted(p for p in folder.iterdir() if p.suffix.lower() in MESH_SUFFIXES) if folder.is_dir() else []
+    """Mesh files of one folder, by name; none where there is no such folder. Names that begin with a dot are passed
+    over."""
+    if not folder.is_dir():
+        return []
+    return sorted(p for p in folder.iterdir() if p.suffix.lower() in MESH_SUFFIXES and not p.name.startswith("."))
 
 
 def _label_file(root: Path, mesh: Path) -> Path:

@@ -13,7 +13,8 @@ from pathlib import Path
 from meshshard.errors import InvalidMesh, UsageError
 from meshshard_prep.formats.obj import STATEMENTS, parse_obj
 from meshshard_prep.formats.off import is_off, parse_off
-from meshshard_prep.formats.ply import is_ply, parse_ply
+from meshshard_prep.formats.ply import parse_ply
+from meshshard_prep.formats.ply_header import is_ply
 from meshshard_prep.formats.text import CONTROL_BYTES, refusal, shown
 from meshshard_prep.mesh import RawMesh
 

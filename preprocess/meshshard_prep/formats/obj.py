@@ -1,7 +1,8 @@
 """Wavefront OBJ: a strict reader that keeps vertices and faces in file order.
 
-Only `v` and `f` statements are read. Columns after the third coordinate (weight, colour) and the texture and normal
-parts of a corner are left out. Indices count from 1; negative ones count back from the vertices before the face.
+Of the statements, `v` and `f` make the mesh. Columns after the third coordinate (weight, colour) and the texture and
+normal parts of a corner are left out. Indices count from 1; negative ones count back from the vertices before the
+face.
 """
 
 import re
@@ -42,7 +43,7 @@ _PROMISE = re.compile(r"#[ \t]*(Vertices|Faces):[ \t]*([0-9]{1,18})[ \t]*(?:\n|\
 def parse_obj(data: bytes, place: str) -> RawMesh:
     """Read the bytes of an OBJ file; `place` names it in refusals (InvalidMesh)."""
     text = decode(data, place)
-    statements = _statement_lines(text)
+    statements = statement_lines(text)
     vertex_words: list[str] = []
     vertex_lines: list[int] = []
     corner_words: list[str] = []
@@ -80,8 +81,8 @@ def parse_obj(data: bytes, place: str) -> RawMesh:
     return fan_mesh(vertices, corners, sizes)
 
 
-def _statement_lines(text: str) -> list[str]:
-    """Lines without comments; a continued line is one line, followed by as many empty ones as it took."""
+def statement_lines(text: str) -> list[str]:
+    """Lines without comments, of decoded text; a continued line is one, followed by as many empty ones as it took."""
     text = COMMENT.sub("", text)
     if "\\" in text:
         text = _CONTINUED.sub(_join, text)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from meshshard.errors import InvalidMesh, UsageError
-from meshshard_prep.datasets.layout import LabelFile
 from meshshard_prep.labels.forms import FORMS
+from meshshard_prep.labels.label_file import LabelFile
 from meshshard_prep.labels.written import UNLABELLED, in_order
 
 MOST_CLASSES = 2**15

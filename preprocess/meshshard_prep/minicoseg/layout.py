@@ -15,7 +15,7 @@ Defect = Literal["", "open", "nonmanifold", "pieces"]
 
 SPLITS: tuple[Split, ...] = get_args(Split)
 
-_DEFECTS: tuple[Defect, ...] = ("open", "nonmanifold", "pieces")
+DEFECTS: tuple[Defect, ...] = ("open", "nonmanifold", "pieces")
 _ROUND = 30
 _LATER: tuple[Split, ...] = ("train",) * 19 + ("val",) * 3 + ("test",) * 5
 _STREAM = 1  # keeps these draws apart from those of the shapes
@@ -30,5 +30,5 @@ def split_and_defect(seed: int, family: str, index: int) -> tuple[Split, Defect]
     for number, split in enumerate(SPLITS):
         faulty = rng.choice([i for i in range(3, _ROUND) if order[i] == split])
         if faulty == place:
-            return split, _DEFECTS[(number + kind + turn) % 3]
+            return split, DEFECTS[(number + kind + turn) % 3]
     return order[place], ""

@@ -9,8 +9,8 @@ from meshshard_prep.minicoseg.chairs import draw_chair
 from meshshard_prep.minicoseg.classes import FAMILIES
 from meshshard_prep.minicoseg.defects import Surface, add_fin, cut_open
 from meshshard_prep.minicoseg.labelled import LabelledMesh
-from meshshard_prep.minicoseg.layout import split_and_defect
-from meshshard_prep.minicoseg.meshing import COLLAPSING, FINE, FINISHES, Finish, marching, triangulate
+from meshshard_prep.minicoseg.layout import Defect, split_and_defect
+from meshshard_prep.minicoseg.meshing import COLLAPSING, FINE, FINISHES, MOST, Finish, marching, triangulate
 from meshshard_prep.minicoseg.shape import Shape
 from meshshard_prep.minicoseg.vases import draw_vase
 
@@ -21,28 +21,35 @@ _DRAW: dict[str, Callable[[np.random.Generator], Shape]] = {
 }
 
 
-def make_mesh(family: str, index: int, seed: int = 0) -> LabelledMesh:
+def make_mesh(
+    family: str, index: int, seed: int = 0, *, faces: int | None = None, defect: Defect | None = None
+) -> LabelledMesh:
     """Mesh `index` of a family; all that is random in it comes from (seed, family, index).
 
-    Raises ValueError for a family that is not in FAMILIES.
+    `faces`: about how many; None draws from 700 to 1400. `defect`: what is wrong with it; None leaves that to
+    `split_and_defect`. Raises ValueError for a family that is not in FAMILIES.
     """
     if family not in FAMILIES:
         raise ValueError(f"family {family!r} is none of {', '.join(FAMILIES)}")
     rng = np.random.default_rng([seed, FAMILIES.index(family), index])
-    _, defect = split_and_defect(seed, family, index)
+    if defect is None:
+        _, defect = split_and_defect(seed, family, index)
     shape = _DRAW[family](rng)
-    count = int(rng.integers(700, 1400))
-    surface = _in_pieces(shape, count, rng) if defect == "pieces" else _in_one(shape, count, rng)
+    drawn = int(rng.integers(700, 1400))
+    count, most = (drawn, MOST) if faces is None else (faces, round(1.2 * faces))
+    surface = _in_pieces(shape, count, rng) if defect == "pieces" else _in_one(shape, count, rng, most=most)
     if defect == "open":
         surface = cut_open(surface, rng)
     elif defect == "nonmanifold":
         surface = add_fin(surface, rng)
-    vertices, faces, labels = surface
-    return LabelledMesh(vertices=vertices, faces=faces, labels=labels, name=f"{family}_{index:03d}", defect=defect)
+    name = f"{family}_{index:03d}"
+    return LabelledMesh(vertices=surface[0], faces=surface[1], labels=surface[2], name=name, defect=defect)
 
 
-def _in_one(shape: Shape, count: int, rng: np.random.Generator, finishes: tuple[Finish, ...] = FINISHES) -> Surface:
-    vertices, faces = triangulate(shape, count, rng, finishes)
+def _in_one(
+    shape: Shape, count: int, rng: np.random.Generator, finishes: tuple[Finish, ...] = FINISHES, most: int = MOST
+) -> Surface:
+    vertices, faces = triangulate(shape, count, rng, finishes, most)
     return vertices, faces, shape.labels(vertices[faces].mean(axis=1))
 
 

@@ -26,6 +26,9 @@ COARSEST = 0.9 * np.sqrt(2) * THIN
 MOST = 1350
 """Faces beyond which marching cubes are not left as they are."""
 
+FINE_ENOUGH = 1500
+"""Faces up to which the fine grid has plenty to collapse."""
+
 _BLOCK = 3
 _ROOM = np.array([[-0.9, -0.2, -0.9], [0.9, 1.9, 0.9]])
 
@@ -33,16 +36,19 @@ Triangles = tuple[Float64[np.ndarray, "V 3"], Int64[np.ndarray, "F 3"]]
 
 
 def triangulate(
-    shape: Shape, faces: int, rng: np.random.Generator, finishes: tuple[Finish, ...] = FINISHES
+    shape: Shape, faces: int, rng: np.random.Generator, finishes: tuple[Finish, ...] = FINISHES, most: int = MOST
 ) -> Triangles:
     """Closed mesh of about `faces` triangles, oriented outwards, in one of the finishes.
 
-    A shape too large for a grid that is both safe and light is collapsed, whatever the finishes.
+    A shape too large for a grid that is both safe and gives no more than `most` triangles is collapsed, whatever the
+    finishes.
     """
     fine = marching(shape, FINE, rng)
     cell = min(FINE * np.sqrt(len(fine[1]) / faces), COARSEST)
-    if len(fine[1]) * (FINE / cell) ** 2 > MOST:
+    if len(fine[1]) * (FINE / cell) ** 2 > most:
         finishes = COLLAPSING
+    if faces > FINE_ENOUGH:
+        fine = marching(shape, FINE * np.sqrt(len(fine[1]) / (3 * faces)), rng)
     finish = finishes[rng.integers(len(finishes))]
     if finish not in COLLAPSING:
         vertices, triangles = marching(shape, cell, rng)

@@ -39,4 +39,4 @@ def majority_of_points(at_points: Int16[np.ndarray, "F S"]) -> tuple[Int16[np.nd
 
 
 def _joined(*rules: str) -> str:
-    return ", ".join(filter(None, rules))
+    return "; then ".join(filter(None, rules))

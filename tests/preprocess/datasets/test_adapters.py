@@ -6,6 +6,7 @@ import pytest
 from shapes import box, sphere, write_labels, write_obj
 
 from meshshard.errors import UsageError
+from meshshard.index import TASKS
 from meshshard.recipe import RECIPES
 from meshshard_prep.datasets import ADAPTERS, read_dataset
 from meshshard_prep.datasets.coseg import PARTS
@@ -28,6 +29,7 @@ def test_every_known_data_set_says_what_it_is():
         assert adapter.licence
         assert adapter.citation
         assert adapter.origin
+        assert adapter.task in TASKS
 
 
 def test_human_seg(tmp_path):
@@ -82,7 +84,7 @@ def test_classification_layout(tmp_path):
     for name in ("cat/train/T2", "cat/test/T1", "ant/train/T3"):
         write_obj(tmp_path / f"{name}.obj", *sphere(0))
     (tmp_path / "SOURCE.txt").write_text("not a class")
-    dataset = read_dataset("shrec_16", tmp_path)
+    dataset = read_dataset("cubes", tmp_path)
     assert dataset.classes == ("ant", "cat")
     assert [(e.id, e.split, e.mesh_label) for e in dataset.entries] == [
         ("ant/train/T3", "train", 0),
@@ -111,6 +113,18 @@ def test_folder_with_labels_and_splits(tmp_path):
     assert test.labels.path == tmp_path / "test" / "a.seg"  # not there: that mesh will be refused
 
 
+def test_folders_named_like_splits_are_splits_wherever_they_are(tmp_path):
+    for folder in ("train", "chair/Validation", "chair/testing/deep", "trains", "testing.obj"):
+        write_obj(tmp_path / folder / "a.obj", *box())
+    assert {e.id: e.split for e in read_dataset(str(tmp_path)).entries} == {
+        "train/a": "train",
+        "chair/Validation/a": "val",
+        "chair/testing/deep/a": "test",
+        "trains/a": "",
+        "testing.obj/a": "",
+    }
+
+
 def test_one_mesh_file(tmp_path):
     write_obj(tmp_path / "a.obj", *box())
     dataset = read_dataset(str(tmp_path / "a.obj"))
@@ -129,40 +143,6 @@ def test_two_label_files_are_refused(tmp_path):
     write_labels(tmp_path / "a.txt", [1])
     with pytest.raises(UsageError, match=r"two label files: a.seg and a.txt"):
         read_dataset(str(tmp_path))
-
-
-def test_toml(tmp_path):
-    segmentation_folder(tmp_path / "raw", {"train/1": box(), "test/2": box()}, [1, 2] * 6)
-    file = tmp_path / "my.toml"
-    file.write_text('layout = "meshcnn-segmentation"\nraw = "raw"\nclasses = ["a", "b"]\nlabel_domain = "face"\n')
-    dataset = read_dataset(str(file))
-    assert (dataset.name, dataset.classes) == ("my", ("a", "b"))
-    assert dataset.entries[0].labels.domains == ("face",)
-    file.write_text('name = "x"\nraw = "raw"\n')
-    assert read_dataset(str(file)).name == "x"
-    assert len(read_dataset(str(file), tmp_path / "raw" / "train").entries) == 1
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("nmae = 'x'", "unknown key 'nmae'; known are name"),
-        ("name = 3", "name is a str, not 3"),
-        ("layout = 'scan'", "layout is one of folder, meshcnn-segmentation"),
-        ("label_domain = 'corner'", "label_domain is one of face, edge, vertex"),
-        ("name = '../x'", r"name is letters, digits.*not '../x'"),
-        ("name = ''", "name is letters"),
-        ("classes = ['a', 'a']", "classes names 'a' twice"),
-        ("raw = 'nowhere'", "the raw folder .*nowhere is not there"),
-        ("name = ", "not a TOML file that can be read"),
-        ("layout = 'meshcnn-classification'\nclasses = ['a']", "the folders are the classes"),
-    ],
-)
-def test_toml_mistakes_are_named(tmp_path, text, message):
-    write_obj(tmp_path / "cat" / "train" / "a.obj", *box())
-    (tmp_path / "my.toml").write_text(text)
-    with pytest.raises(UsageError, match=message):
-        read_dataset(str(tmp_path / "my.toml"))
 
 
 def test_what_is_not_there_says_what_to_do(tmp_path, monkeypatch):

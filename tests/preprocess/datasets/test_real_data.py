@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from meshshard_prep.datasets import read_dataset
+from meshshard_prep.datasets import Draw, read_dataset
 from meshshard_prep.formats import parse_mesh
 from meshshard_prep.labels import read_labels
 
@@ -13,6 +13,7 @@ from meshshard_prep.labels import read_labels
 @pytest.mark.data
 def test_human_seg_labels(data_root):
     dataset = read_dataset("human_seg", data_root / "human_seg")
+    assert dataset.notes == ()
     assert Counter(entry.split for entry in dataset.entries) == {"train": 381, "test": 18}
     assert len({entry.group for entry in dataset.entries if entry.split == "train"}) == 8 + 10 + 1 + 41
     open_faces = 0
@@ -43,11 +44,54 @@ def labels_by_another_road(mesh_path, label_path):
 @pytest.mark.data
 def test_shrec_16(data_root):
     dataset = read_dataset("shrec_16", data_root / "shrec_16")
-    assert len(dataset.classes) == 30
+    assert dataset.notes == ()
+    assert list(dataset.classes) == sorted(path.name for path in (data_root / "shrec_16").iterdir() if path.is_dir())
     assert Counter(entry.split for entry in dataset.entries) == {"train": 480, "test": 120}
     for entry in dataset.entries:
         assert dataset.classes[entry.mesh_label] == entry.path.parts[-3]
         assert parse_mesh(entry.path.read_bytes(), entry.source).polygons == 500
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("train", [16, 10])
+def test_shrec_16_redrawn(data_root, train):
+    dataset = read_dataset(f"shrec11_split{train}", data_root / "shrec_16", draw=Draw(seed=7))
+    assert dataset.notes == ()
+    counts = Counter((entry.mesh_label, dataset.splits[entry.id]) for entry in dataset.entries)
+    assert counts == {
+        (label, split): n for label in range(30) for split, n in (("train", train), ("test", 20 - train))
+    }
+    shipped = read_dataset("shrec_16", data_root / "shrec_16").splits
+    assert Counter(shipped[name] for name, split in dataset.splits.items() if split == "test")["train"] > 0
+
+
+@pytest.mark.data
+def test_coseg_sample_is_coseg_as_published(data_root):
+    dataset = read_dataset("coseg_original", data_root / "coseg_sample")
+    assert dataset.notes == ("missing sets: vases", "coseg_original has 900 meshes, and 27 were found")
+    assert Counter(entry.id.split("/")[0] for entry in dataset.entries) == {"aliens": 5, "chairs": 22}
+    for entry in dataset.entries:
+        mesh = parse_mesh(entry.path.read_bytes(), entry.source, ".off")
+        found = read_labels(entry.labels, entry.labels.path.read_bytes(), mesh)
+        assert found.domain == "face"
+        first = 0 if entry.id.startswith("aliens") else 4  # of the eleven classes
+        lines = entry.labels.path.read_text().split()
+        assert found.faces.tolist() == [int(line) - 1 + first for line in lines], entry.id
+        assert len(lines) == int(entry.path.read_text().split()[2])  # faces, by the header
+    seen = {int(word) for entry in dataset.entries for word in set(entry.labels.path.read_text().split())}
+    assert seen == {1, 2, 3, 4}
+
+
+@pytest.mark.data
+def test_modelnet9_lacks_a_class_of_modelnet10_and_that_is_told(data_root):
+    dataset = read_dataset("modelnet10", data_root / "modelnet9")
+    assert dataset.notes == (
+        "missing classes: toilet",
+        "modelnet10 has 3991 train meshes, and 144 were found",
+        "modelnet10 has 908 test meshes, and 36 were found",
+    )
+    assert {dataset.classes[entry.mesh_label] for entry in dataset.entries} == set(dataset.classes) - {"toilet"}
+    assert all(dataset.classes[entry.mesh_label] == entry.path.parts[-3] for entry in dataset.entries)
 
 
 @pytest.mark.data

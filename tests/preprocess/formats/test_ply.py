@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from meshshard.errors import InvalidMesh
-from meshshard_prep.formats.ply import is_ply, parse_ply
+from meshshard_prep.formats.ply import parse_ply
+from meshshard_prep.formats.ply_header import is_ply
 
 POINTS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 POLYGONS = [(0, 1, 2), (3, 2, 1, 0)]

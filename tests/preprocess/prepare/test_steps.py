@@ -11,16 +11,14 @@ from prepared import raw_mesh, soup
 from shapes import FAMILY, box, bumpy, joined, sphere, write_labels, write_obj
 
 from meshshard import open_dataset
-from meshshard.errors import UsageError
 from meshshard.recipe import STEPS, Recipe
 from meshshard.verify import verify
 from meshshard_prep import compute_features
-from meshshard_prep.datasets.layout import Entry, LabelFile, RawDataset
+from meshshard_prep.datasets.layout import Entry, LabelFile
 from meshshard_prep.doctor import diagnose, entries_at
 from meshshard_prep.doctor_report import rows
 from meshshard_prep.labels import Labels
 from meshshard_prep.pipeline import compute_sample
-from meshshard_prep.plan import make_plan
 from meshshard_prep.prepare import steps
 from meshshard_prep.prepare.steps import prepare
 
@@ -82,7 +80,7 @@ def quads(tmp_path):
 def test_labels_of_polygons_go_to_the_triangles_that_are_kept(tmp_path):
     entry = quads(tmp_path)
     recipe = Recipe(name="largest", steps=("largest_component",))
-    sample = compute_sample(entry, entry.path.read_bytes(), b"7\n8\n9\n", recipe)
+    sample = compute_sample(entry, entry.path.read_bytes(), b"7\n8\n9\n", None, recipe)
     assert sample.face_labels.tolist() == [1, 1]
     assert sample.face_source.tolist() == [1, 1]
     assert sample.vertex_source.tolist() == [3, 4, 5, 6]
@@ -94,18 +92,11 @@ def test_labels_of_edges_are_counted_before_faces_are_turned(tmp_path):
     write_obj(tmp_path / "a.obj", vertices, faces)
     entry = entry_of(tmp_path, (tmp_path / "a.obj").read_text(), domains=("edge",))
     plain, turned = (
-        compute_sample(entry, entry.path.read_bytes(), b"7\n" * 96 + b"8\n" * 96, recipe)
+        compute_sample(entry, entry.path.read_bytes(), b"7\n" * 96 + b"8\n" * 96, None, recipe)
         for recipe in (Recipe(name="plain"), Recipe(name="turned", steps=("orient",)))
     )
     np.testing.assert_array_equal(turned.face_labels, plain.face_labels)
     assert set(plain.face_labels) == {0, 1}
-
-
-def test_a_correspondence_is_refused_before_anything_is_read(tmp_path):
-    entry = Entry(id="a", path=tmp_path / "a.obj", source="a.obj", correspondence=tmp_path / "a.vts")
-    dataset = RawDataset(name="twins", task="correspondence", classes=(), entries=(entry,))
-    with pytest.raises(UsageError, match=r"twins has a correspondence.*leave out --step and --simplify"):
-        make_plan(dataset, tmp_path / "out", ALL)
 
 
 def meshshard(*words, cwd):

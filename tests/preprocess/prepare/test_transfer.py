@@ -69,7 +69,7 @@ def test_labels_of_vertices_come_from_the_nearest():
     labels, counts = carried(given, mesh)
     distance = np.linalg.norm(mesh.vertices[:, None] - vertices, axis=2)
     np.testing.assert_array_equal(labels.vertices, distance.argmin(axis=1))
-    assert labels.rule == "as written, carried to the simplified mesh by the nearest vertex"
+    assert labels.rule == "as written; then carried to the simplified mesh by the nearest vertex"
     assert counts == {}
 
 

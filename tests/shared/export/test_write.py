@@ -142,7 +142,7 @@ def test_meshes_are_chosen_by_split_and_id(dataset):
 
 def test_formats_are_found_by_name(dataset):
     assert find_exporter("npz", dataset).suffix == ".npz"
-    with pytest.raises(UsageError, match="'stl'; --to is one of diffusionnet, npz, ply, pyg, vtkhdf"):
+    with pytest.raises(UsageError, match="'stl'; --to is one of diffusionnet, eseg, npz, ply, pyg, seg, vtkhdf"):
         find_exporter("stl", dataset)
     with pytest.raises(UsageError, match="format npz have no colours: leave --colour out, or try --to ply"):
         find_exporter("npz", dataset, "hks:3")

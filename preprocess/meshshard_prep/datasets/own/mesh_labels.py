@@ -1,0 +1,96 @@
+"""The key labels.mesh: one class for a whole mesh, from the name of its folder or from a list file."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
+
+from meshshard_prep.datasets.folder import SPLIT_FOLDERS
+from meshshard_prep.datasets.layout import Entry
+from meshshard_prep.datasets.own.document import Document, near
+from meshshard_prep.datasets.own.names import Names, rows_of
+
+FOLDER = "folder"
+
+
+def with_mesh_labels(
+    document: Document, root: Path, entries: Sequence[Entry]
+) -> tuple[tuple[str, ...], tuple[Entry, ...], tuple[str, ...]]:
+    """Classes, entries with the class of their mesh, and notes. Meshes that a list does not name are left out.
+
+    UsageError: a mesh in no folder, a list that names no mesh, a class that the file does not know.
+    """
+    value = document.get("labels.mesh")
+    if value == FOLDER:
+        written, notes = _by_folder(document, entries)
+    else:
+        written, notes = _by_list(document, root / value, entries)
+    names, classes = _classes(document, sorted(set(written.values())))
+    labelled = tuple(
+        replace(entry, mesh_label=classes[written[entry.id]]) for entry in entries if entry.id in written
+    )
+    return names, labelled, notes
+
+
+def class_folder(source: str) -> str:
+    """The folder nearest to a mesh that is not named like a split, or empty."""
+    folders = [folder for folder in PurePosixPath(source).parts[:-1] if folder.lower() not in SPLIT_FOLDERS]
+    return folders[-1] if folders else ""
+
+
+def _by_folder(document: Document, entries: Sequence[Entry]) -> tuple[dict[str, str], tuple[str, ...]]:
+    written = {entry.id: class_folder(entry.source) for entry in entries}
+    if bare := [entry.source for entry in entries if not written[entry.id]]:
+        raise document.wrong("labels.mesh", f'is "folder", and {bare[0]} is in no folder that could be its class')
+    return written, ()
+
+
+def _by_list(document: Document, path: Path, entries: Sequence[Entry]) -> tuple[dict[str, str], tuple[str, ...]]:
+    names = Names(entries)
+    written: dict[str, str] = {}
+    strange = []
+    for number, line in rows_of(path, document.place("labels.mesh")):
+        name, label = parts_of_row(line)
+        found = names.find(name) if label else []
+        strange += [] if found else [(number, line)]
+        for entry in found:
+            if written.setdefault(entry.id, label) != label:
+                rule = f"gives {entry.id!r} two classes: {written[entry.id]!r}, and {label!r} in {path.name}:{number}"
+                raise document.wrong("labels.mesh", rule)
+    if not written:
+        rule = f"is a list of meshes and classes, as '{names.example},chair' in each line, or \"folder\""
+        found_line = f"{path.name}:{strange[0][0]} is {strange[0][1][:60]!r}" if strange else f"{path.name} is empty"
+        raise document.wrong("labels.mesh", f"{rule}; {found_line}")
+    notes = []
+    if strange:
+        place, line = strange[0]
+        notes.append(f"{path.name}: {len(strange)} lines name no mesh, the first is line {place}: {line[:60]!r}")
+    if left := [entry.source for entry in entries if entry.id not in written]:
+        notes.append(f"{path.name} has no class for {len(left)} meshes, which are left out; the first is {left[0]}")
+    return written, tuple(notes)
+
+
+def parts_of_row(line: str) -> tuple[str, str]:
+    """Mesh and class: what stands on either side of the last comma, semicolon or tab, or, without one, blank. Both
+    without quotes; no class where there is no such sign."""
+    match = re.fullmatch(r"(.*)[,;\t](.*)", line) or re.fullmatch(r"(.*\S)\s+(\S+)", line)
+    mesh, label = (match[1], match[2]) if match else (line, "")
+    return mesh.strip().strip('"'), label.strip().strip('"')
+
+
+def _classes(document: Document, values: list[str]) -> tuple[tuple[str, ...], dict[str, int]]:
+    """Names, and class as written -> its index."""
+    names = document.get("classes", values)
+    if isinstance(names, list):
+        if len(names) != len(values):
+            raise document.wrong("classes", f"has {len(names)} names, and the classes are {', '.join(values)}")
+        return tuple(names), {value: number for number, value in enumerate(values)}
+    table = {str(label): number for number, labels in enumerate(names.values()) for label in _listed(labels)}
+    for value in values:
+        if value not in table:
+            raise document.wrong("classes", f"has no class {value!r}, which meshes have{near(value, table)}")
+    return tuple(names), table
+
+
+def _listed(labels: object) -> list[object]:
+    return labels if isinstance(labels, list) else [labels]

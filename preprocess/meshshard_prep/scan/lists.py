@@ -1,0 +1,59 @@
+"""Text files that list meshes: with a class each, or as a split."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from meshshard.errors import UsageError
+from meshshard_prep.datasets.folder import SPLIT_FOLDERS
+from meshshard_prep.datasets.own.mesh_labels import parts_of_row
+from meshshard_prep.datasets.own.names import Names, rows_of
+
+SUFFIXES = (".txt", ".csv", ".tsv", ".lst", ".list")
+MOST_BYTES = 20_000_000
+LEAST_SHARE = 0.8
+"""Share of the lines that must name a mesh."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lists:
+    """`classes`: the file that has the class of each mesh, or empty; `splits`: split -> the file that lists it."""
+
+    classes: str
+    splits: dict[str, str]
+
+
+def find_lists(root: Path, others: Sequence[str], names: Names) -> Lists:
+    """The lists among the files; none for a purpose that several have: nobody can tell which is meant."""
+    classes, splits = [], []
+    for other in sorted(others):
+        if PurePosixPath(other).suffix.lower() in SUFFIXES and (root / other).stat().st_size <= MOST_BYTES:
+            kind = _kind(root / other, names)
+            classes += [other] if kind == "classes" else []
+            split = _split_of(PurePosixPath(other).stem) if kind == "meshes" else ""
+            splits += [(split, other)] if split else []
+    of_split = {split: [file for found, file in splits if found == split] for split, _ in splits}
+    return Lists(
+        classes=classes[0] if len(classes) == 1 else "",
+        splits={split: files[0] for split, files in of_split.items() if len(files) == 1},
+    )
+
+
+def _kind(path: Path, names: Names) -> str:
+    """ "meshes", "classes" or empty."""
+    try:
+        rows = [row for _, row in rows_of(path, path.name)]
+    except UsageError:
+        return ""
+    enough = max(LEAST_SHARE * len(rows), 2)
+    if sum(bool(names.find(row)) for row in rows) >= enough:
+        return "meshes"
+    pairs = [(mesh, label) for mesh, label in map(parts_of_row, rows) if label and names.find(mesh)]
+    labels = {label for _, label in pairs}
+    return "classes" if len(pairs) >= enough and 1 < len(labels) <= len(pairs) / 2 else ""
+
+
+def _split_of(stem: str) -> str:
+    """The split that a part of a list's name names: train_list, human-test, split.val."""
+    return next((SPLIT_FOLDERS[word] for word in re.split(r"[^a-z]+", stem.lower()) if word in SPLIT_FOLDERS), "")

@@ -17,9 +17,10 @@ from meshshard_prep.datasets.layout import Entry, LabelFile
 from meshshard_prep.facts import facts_of
 from meshshard_prep.features.edges import edges_of
 from meshshard_prep.formats import format_of, parse_mesh, read_file
-from meshshard_prep.isolation import Limits, Lost, isolated
+from meshshard_prep.isolation import Limits, isolated
 from meshshard_prep.jobs import make_job, printable, read_entry
 from meshshard_prep.labels import class_table, labels_of, listed, offered
+from meshshard_prep.lost import Lost
 from meshshard_prep.mesh import RawMesh
 from meshshard_prep.pipeline import compute_sample, counts_of
 from meshshard_prep.prepare.steps import prepare

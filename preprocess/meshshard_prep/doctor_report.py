@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from meshshard_prep.doctor import Diagnosis
-from meshshard_prep.isolation import Lost
+from meshshard_prep.lost import Lost
 
 
 def rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:

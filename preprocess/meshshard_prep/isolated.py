@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from meshshard.errors import MeshshardError
-from meshshard_prep.isolation import Lost
+from meshshard_prep.lost import Lost
 
 STATM = Path("/proc/self/statm")
 PR_SET_PDEATHSIG = 1

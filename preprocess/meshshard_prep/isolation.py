@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import IO, Any, TypeVar
 
 from meshshard.errors import UsageError
+from meshshard_prep.lost import Lost
 
 Result = TypeVar("Result")
 
@@ -35,16 +36,6 @@ class Limits:
         for what, value, most in (("time", self.seconds, 10**6), ("memory", self.memory, 10**15)):
             if value is not None and not 0 < value <= most:
                 raise UsageError(f"the {what} limit is above 0 and at most {most:.0e}, or none, not {value}")
-
-
-class Lost(Exception):
-    """A call that came to no result. `code` is a key of errors.FAILURES, `cause` says what happened."""
-
-    advice = ""
-
-    def __init__(self, code: str, cause: str) -> None:
-        self.code, self.cause = code, cause
-        super().__init__(cause)
 
 
 class Isolated:

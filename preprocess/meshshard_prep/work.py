@@ -15,8 +15,9 @@ from meshshard.recipe import Recipe
 from meshshard.sample import Sample
 from meshshard_prep import staging
 from meshshard_prep.ground import Ground, check_ground
-from meshshard_prep.isolation import Limits, Lost, isolated
+from meshshard_prep.isolation import Limits, isolated
 from meshshard_prep.jobs import Job, key_of, read_entry, rejection
+from meshshard_prep.lost import Lost
 
 TETRAHEDRON = np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 

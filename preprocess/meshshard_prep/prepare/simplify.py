@@ -10,7 +10,8 @@ from scipy.spatial import cKDTree
 from meshshard.errors import InvalidMesh
 from meshshard_prep.features.areas import face_areas
 from meshshard_prep.isolated import memory_left
-from meshshard_prep.isolation import Isolated, Limits, Lost, isolated
+from meshshard_prep.isolation import Isolated, Limits, isolated
+from meshshard_prep.lost import Lost
 from meshshard_prep.prepare.quadric import collapse, load
 from meshshard_prep.prepare.samples import sample_points
 from meshshard_prep.prepare.traced import Traced

@@ -5,7 +5,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from importlib.metadata import entry_points
+from importlib.metadata import PackageNotFoundError, entry_points, metadata
 from pathlib import Path
 
 import h5py
@@ -18,6 +18,7 @@ from meshshard.cli import VERBS
 from meshshard.errors import FAILURES, REFUSALS
 from meshshard.schema import ATTRIBUTES, FIELDS
 from meshshard_prep.datasets import ADAPTERS, read_dataset
+from meshshard_prep.datasets.own.keys import KEYS
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -116,13 +117,25 @@ def test_every_data_set_has_a_page(name):
     assert f"(datasets/{page.name})" in (DOCS / "datasets.md").read_text()
 
 
-def test_toml_block_of_the_data_set_document(tmp_path):
-    (block,) = blocks(DOCS / "datasets.md", "toml")
-    assert tomllib.loads(block)
-    write_obj(tmp_path / "meshes" / "a.obj", *box())
-    write_labels(tmp_path / "meshes" / "a.seg", [3, 7] * 6)
-    (tmp_path / "bones.toml").write_text(block)
-    assert read_dataset(str(tmp_path / "bones.toml")).classes == ("femur", "tibia")
+def test_toml_blocks_of_the_data_set_document(tmp_path):
+    first, second = blocks(DOCS / "datasets.md", "toml")
+    for patient in range(4):
+        write_obj(tmp_path / "meshes" / "shapes" / f"patient{patient}_left.off", *box())
+        write_labels(tmp_path / "meshes" / "gt" / f"patient{patient}_left.seg", [1, 2] * 6)
+    for block in (first, second):
+        (tmp_path / "bones.toml").write_text(block)
+        dataset = read_dataset(str(tmp_path / "bones.toml"))
+        assert (dataset.name, dataset.classes, len(dataset.entries)) == ("bones", ("femur", "tibia"), 4)
+    assert dataset.entries[0].labels.classes == {0: -1, 1: 0, 2: 1, 3: 1}
+    assert set(dataset.splits.values()) == {"train", "val", "test"}
+
+
+def test_every_key_of_a_toml_file_is_documented_with_its_choices_and_nothing_else():
+    section = (DOCS / "datasets.md").read_text().split("## Known by name")[0]
+    rows = table(section)
+    assert list(rows) == list(KEYS)
+    for name, key in KEYS.items():
+        assert [choice for choice in key.choices if f"`{choice}`" not in rows[name][0]] == []
 
 
 def test_readme_python_block():
@@ -134,6 +147,48 @@ def test_readme_python_block():
 def test_readme_begins_with_the_two_commands():
     (first, *_) = blocks(ROOT / "README.md", "")
     assert [line.split("  ")[0] for line in first.splitlines()] == ["make train", "make test"]
+
+
+def dependencies():
+    """Name of every package that pyproject.toml asks for -> what it comes with, as the document writes it."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    groups = {"always": project["project"]["dependencies"], "building": project["build-system"]["requires"]}
+    groups |= {f"`{extra}`": names for extra, names in project["project"]["optional-dependencies"].items()}
+    found = {}
+    for group, requirements in groups.items():
+        for requirement in requirements:
+            name = re.match(r"[\w-]+", requirement)[0]
+            if name != "meshshard":
+                found.setdefault(name, []).append(group)
+    return found
+
+
+def test_every_dependency_has_its_licence_in_the_document():
+    rows = table((DOCS / "licences.md").read_text())
+    assert {name: set(cells[0].split(", ")) for name, cells in rows.items()} == {
+        name: set(groups) for name, groups in dependencies().items()
+    }
+    for name, (_, licence) in rows.items():
+        assert licence, name
+
+
+WORDS = {"MIT": "MIT", "BSD": "BSD", "Apache": "Apache", "MPL": "MPL|Mozilla", "GPL": "GPL|GNU", "PSF": "PSF|Python"}
+"""Family of licences -> what packages call it."""
+
+
+@pytest.mark.parametrize("name", sorted(dependencies()))
+def test_licences_are_those_that_packages_declare(name):
+    try:
+        declared = metadata(name)
+    except PackageNotFoundError:
+        pytest.skip(f"{name} is not installed")
+    classifiers = [text for text in declared.get_all("Classifier") or [] if text.startswith("License ::")]
+    said = " ".join([declared["License-Expression"] or (declared["License"] or "")[:50], *classifiers])
+    _, licence = table((DOCS / "licences.md").read_text())[name]
+    families = [words for family, words in WORDS.items() if licence.startswith(family)]
+    assert len(families) == 1, licence
+    assert re.search(families[0], said), said
+    assert ("GPL" in licence) == bool(re.search(r"\bL?GPL|GNU", said)), said
 
 
 def test_links_between_documents_lead_somewhere():

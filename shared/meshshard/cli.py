@@ -44,6 +44,7 @@ EXTRAS = {
         "pooch",
         "requests",
     ),
+    "simplify": ("pymeshlab",),
     "bench": ("potpourri3d",),
     "distributed": ("dask", "distributed", "ray"),
     "remote": ("fsspec", "s3fs"),

@@ -11,6 +11,7 @@ from shapes import FAMILY, box, grid, sphere, torus, write_labels, write_obj
 
 from meshshard.errors import InvalidMesh, UsageError
 from meshshard.recipe import RECIPES
+from meshshard_prep.datasets import Entry, LabelFile
 from meshshard_prep.doctor import diagnose, entries_at, examine
 from meshshard_prep.doctor_report import oddities, rows, verdict
 from meshshard_prep.formats import read_mesh
@@ -70,6 +71,33 @@ def test_a_mesh_that_only_its_features_refuse_keeps_its_facts(tmp_path):
     assert found.found["counts"]["boundary_edges"] == 3
     assert oddities(found) == "2 pieces, 3 boundary edges, 2 vertices that float32 merges"
     assert "hks" not in found.found
+
+
+def test_labels_of_every_form_and_what_a_mesh_file_offers(tmp_path):
+    vertices, faces = box()
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices.tolist()]
+    for number, face in enumerate(faces.tolist()):
+        lines += ["g arm" if number % 3 else "g leg", f"f {' '.join(str(corner + 1) for corner in face)}"]
+    (tmp_path / "a.obj").write_text("\n".join([*lines, ""]))
+    (tmp_path / "a.txt").write_text("arm\n1 2 3\nleg\n5\n")
+    (tmp_path / "a.json").write_text(json.dumps([None, "arm"] * 4))
+    table = {"arm": 1, "leg": 0}
+    expected = {
+        "obj-group": ("a.obj", {"leg": 4, "arm": 8}),
+        "psb": ("a.txt", {"-1": 8, "leg": 1, "arm": 3}),
+        "json": ("a.json", {"-1": 4, "arm": 4}),
+    }
+    for form, (name, shares) in expected.items():
+        labels = LabelFile(path=tmp_path / name, form=form, classes=table, to="vertex")
+        diagnosis = diagnose(Entry(id="a", path=tmp_path / "a.obj", source="a.obj", labels=labels), PAPER)
+        found = diagnosis.found
+        assert (found["labels"]["file"], found["labels"]["lines"]) == (name, shares)
+        assert found["labels"]["domain"] == ("vertex" if form == "json" else "face")
+        assert ("rule" in found["labels"]) == (form != "json")
+        assert found["offered"] == [{"form": "obj-group", "name": "", "domain": "face"}]
+        shown = dict(rows(diagnosis))
+        assert shown["could be labels"] == "obj-group"
+        assert ("labels stored" in shown) == (form != "json")
 
 
 def test_label_files_beside_a_mesh(tmp_path):
@@ -152,7 +180,7 @@ def test_command_for_one_mesh_for_a_folder_and_for_machines(tmp_path):
     assert (status, found["usable"], found["refused"]) == (1, 1, 1)
     assert [(mesh["usable"], mesh["code"]) for mesh in found["meshes"]] == [(False, "truncated"), (True, "")]
     documented = (DOCS / "cli.md").read_text().split("## meshshard doctor")[1].split("\n## ")[0]
-    assert [key for key in ["labels", *found["meshes"][1]] if f"`{key}`" not in documented] == []
+    assert [key for key in ["labels", "offered", *found["meshes"][1]] if f"`{key}`" not in documented] == []
 
 
 @pytest.mark.parametrize(

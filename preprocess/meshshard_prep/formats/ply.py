@@ -1,4 +1,5 @@
-"""PLY: the header is read and held against the size of the file here, the rows are read by plyfile.
+"""PLY: the header is read and held against the size of the file here; the rows are read by plyfile, one by one, or
+all at once where each has as many bytes as the others.
 
 plyfile keeps the order of the file, but allocates what a header promises and ignores what follows the last row.
 Columns other than x, y, z of vertices and the corners of faces are left out of the mesh. Indices count from 0.
@@ -14,6 +15,7 @@ from plyfile import PlyData, PlyElementParseError, PlyParseError
 
 from meshshard.errors import InvalidMesh
 from meshshard_prep.formats.ply_header import BYTES, CORNERS, INTEGERS, Header, read_header
+from meshshard_prep.formats.ply_rows import even_rows
 from meshshard_prep.formats.text import (
     check_finite,
     check_indices,
@@ -62,12 +64,14 @@ def _signed(lengths: Int64[np.ndarray, " P"], length_type: str) -> Int64[np.ndar
     return lengths if length_type.startswith("u") else lengths.astype(f"i{BYTES[length_type]}").astype(np.int64)
 
 
-def read_rows(data: bytes, header: Header, place: str) -> PlyData:
-    """All rows of a file, columns under the names of `Header.key_of`; InvalidMesh where they are not as promised."""
+def read_rows(data: bytes, header: Header, place: str) -> dict[str, np.ndarray]:
+    """Element -> its rows, columns under the names of `Header.key_of`; InvalidMesh where they are not as promised."""
     body = data[header.end :]
     _check_size(body, header, place)
     if header.is_text:
         body = _check_text(body, header, place).encode()
+    elif rows := even_rows(body, header):
+        return rows
     stream = io.BytesIO(header.for_plyfile() + body)
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
@@ -84,7 +88,7 @@ def read_rows(data: bytes, header: Header, place: str) -> PlyData:
         raise refusal("bad-line", rule, f"plyfile says: {error}", place) from error
     if not header.is_text and (left := len(stream.getbuffer()) - stream.tell()):
         raise refusal("extra-data", "the file ends with its last row", f"{left} bytes follow", place)
-    return content
+    return {element.name: element.data for element in content}
 
 
 def _check_size(body: bytes, header: Header, place: str) -> None:

@@ -12,7 +12,7 @@ from meshshard_prep.formats import format_of, parse_mesh, read_mesh
 from meshshard_prep.formats.ply_header import read_header
 
 _STATEMENT = {name: re.compile(rf"^[ \t]*{name}[ \t]".encode(), re.MULTILINE) for name in ("v", "f")}
-_OFF_COUNTS = re.compile(rb"(?:\s|#[^\r\n]*)*[A-Za-z0-9]*?OFF(?:\s|#[^\r\n]*)*(\d+)\s+(\d+)")
+_OFF_COUNTS = re.compile(rb"(?:\s|#[^\r\n]*)*[A-Za-z0-9]*?OFF(?:\s|#[^\r\n]*)*(\d+)[ \t]+(\d+)")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -116,13 +116,13 @@ def look(root: Path, told: Told) -> Findings:
 
 
 def _files(folder: Path) -> Iterator[Path]:
-    """Every file below a folder, passing over what `mesh_entries` passes over."""
+    """Every regular file below a folder, passing over what `mesh_entries` passes over."""
     for path in folder.iterdir():
         if path.name.startswith("."):
             continue
-        if not path.is_dir():
+        if path.is_file():
             yield path
-        elif not path.is_symlink():
+        elif path.is_dir() and not path.is_symlink():
             yield from _files(path)
 
 

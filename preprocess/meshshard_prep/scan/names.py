@@ -7,6 +7,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
+from meshshard_prep.datasets.own.labels import filled_in
+
 MOST_CUTS = 3
 """How many parts of a file's name may be more than the mesh's name."""
 
@@ -36,7 +38,8 @@ def patterns_of(meshes: Sequence[str], others: Collection[str]) -> list[Pattern]
     tried = [text for text, _ in suggested.most_common(MOST_PATTERNS)]
     while tried:
         covered = {text: _files(text, meshes, left) for text in tried}
-        best = min(tried, key=lambda text: (-len(covered[text]), "/.." in text, len(text), text))
+        # files, not meshes: chairs/1 and vases/1 do not share a file
+        best = min(tried, key=lambda text: (-len({*covered[text].values()}), "/.." in text, len(text), text))
         if not covered[best]:
             break
         found.append(Pattern(text=best, files=covered[best]))
@@ -46,13 +49,7 @@ def patterns_of(meshes: Sequence[str], others: Collection[str]) -> list[Pattern]
 
 
 def _files(text: str, meshes: Sequence[str], there: Collection[str]) -> dict[str, str]:
-    found = {}
-    for mesh in meshes:
-        path = PurePosixPath(mesh)
-        place = text.format(stem=path.stem, name=path.name, folder=path.parent.as_posix())
-        if (place := posixpath.normpath(place)) in there:
-            found[mesh] = place
-    return found
+    return {mesh: place for mesh in meshes if (place := filled_in(text, mesh)) in there}
 
 
 def _suggestions(other: str, by_stem: dict[str, list[str]]) -> list[str]:
@@ -72,7 +69,9 @@ def _suggestions(other: str, by_stem: dict[str, list[str]]) -> list[str]:
     if path.parent == mesh.parent:
         return [f"{{folder}}/{name}"] + ([name] if path.parent == PurePosixPath(".") else [])
     there = posixpath.relpath(path.parent.as_posix(), mesh.parent.as_posix())
-    return [(path.parent / name).as_posix(), f"{{folder}}/{there}/{name}"]
+    found = [(path.parent / name).as_posix(), f"{{folder}}/{there}/{name}"]
+    mirrored = len(path.parts) > 2 and path.parts[1:-1] == mesh.parts[1:-1]
+    return [*found, f"{path.parts[0]}/{{below}}/{name}"] if mirrored else found
 
 
 def _stems(name: str) -> list[str]:

@@ -41,6 +41,8 @@ def _label_lines(findings: Findings, reading: Reading) -> list[str]:
         table = ["", "[labels]", *(doubt if ambiguous else []), *_labelling(reading.labelling)]
         for other in reading.others:
             table += ["# or", *(f"# {line}" for line in _labelling(other))]
+        if reading.others:
+            return table  # their labels differ: `features` finds the classes of those that are kept
         return table + _classes(findings, reading.labelling, [] if ambiguous else doubt)
     if reading.kind == "class list":
         return ["", "[labels]", f"mesh = {_quoted(findings.lists.classes)}  # the class of each mesh"]
@@ -91,13 +93,19 @@ def _split_lines(findings: Findings, reading: Reading) -> list[str]:
     lists = findings.lists.splits
     if set(findings.splits) != {""}:
         shares = [f"{count} {split or 'in none'}" for split, count in findings.splits.items()]
-        return ["", f"# splits by folders: {', '.join(shares)}"]
+        return ["", f"# splits by folders: {', '.join(shares)}", "# [splits]", _group(findings, reading)]
     if "test" in lists or "train" in lists:
         return ["", "[splits]", *(f"{split} = {_quoted(file)}" for split, file in lists.items())]
     shares_line = "fractions = { train = 0.7, val = 0.15, test = 0.15 }  # drawn by --split-seed; or: folds = 5"
     if reading.kind == "none" or len(findings.entries) < LEAST_TO_SPLIT:
         return []
-    return ["", "[splits]", shares_line, "# group = '^(.*)_pose'  # meshes of one group stay together"]
+    return ["", "[splits]", shares_line, _group(findings, reading)]
+
+
+def _group(findings: Findings, reading: Reading) -> str:
+    """A hint for meshes that must stay together: those of a folder, or whose names begin alike."""
+    text = "(.*)/" if findings.folders and reading.kind == "labels" else "(.*)_pose"
+    return f"# group = '{text}'  # meshes whose paths have the same text here are never in two drawn splits"
 
 
 def _quoted(text: object) -> str:

@@ -78,6 +78,7 @@ def test_meshes_are_those_that_are_like_a_pattern(tmp_path, globs, ids):
     [
         ("{folder}/{stem}.lab", "x/shapes/a.lab"),
         ("{folder}/../gt/{stem}.seg", "x/gt/a.seg"),
+        ("gt/{below}/{stem}.seg", "gt/shapes/a.seg"),
         ("gt/{stem}_labels.txt", "gt/a_labels.txt"),
         ("../labels/{folder}/{name}.txt", "../labels/x/shapes/a.obj.txt"),
     ],

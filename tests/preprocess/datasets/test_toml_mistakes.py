@@ -46,7 +46,10 @@ def raw(tmp_path):
             "2: labels.files finds no file: .* asks for .*gt/a.seg as the labels of cat",
         ),
         ("[labels]\nfiles = 'a.seg'", "2: labels.files names one file for all meshes.*write {stem}"),
-        ("[labels]\nfiles = '{stm}.seg'", "2: labels.files may have {stem}, .*, not {stm}; do you mean 'stem'"),
+        (
+            "[labels]\nfiles = '{stm}.seg'",
+            "2: labels.files may have {stem}, .*{below}, not {stm}; do you mean 'stem'",
+        ),
         ("[labels]\nfiles = '{stem.seg'", "2: labels.files has a brace too many or too few"),
         (
             "[labels]\nfiles = '{stem}.seg'\nmesh = 'folder'",

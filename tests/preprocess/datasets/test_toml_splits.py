@@ -3,7 +3,7 @@
 from collections import Counter
 
 import pytest
-from shapes import tetrahedron, write_obj
+from shapes import tetrahedron, write_labels, write_obj
 
 from meshshard.errors import UsageError
 from meshshard_prep.datasets import Draw, read_dataset
@@ -55,13 +55,23 @@ def test_list_files_lie_below_raw(raw):
 def test_fractions_are_drawn_by_seed_and_class_by_class(raw):
     text = '[labels]\nmesh = "folder"\n[splits]\nfractions = { train = 0.6, val = 0.2, test = 0.2 }\n'
     found = split(raw, text)
-    assert found.split_rule == "drawn by seed, class by class: 0.6 train, 0.2 val, 0.2 test"
+    assert found.split_rule == "drawn by seed, class by class: 0.2 test, 0.2 val, 0.6 train"
     label = {entry.id: entry.mesh_label for entry in found.entries}
     assert Counter((part, label[name]) for name, part in found.splits.items()) == {
         **{("train", 0): 9, ("train", 1): 9},
         **{("val", 0): 3, ("val", 1): 3, ("test", 0): 3, ("test", 1): 3},
     }
     assert split(raw, text).splits == found.splits != split(raw, text, seed=1).splits
+
+
+def test_folders_with_classes_of_their_own_are_split_in_the_same_shares(raw):
+    for mesh in raw.rglob("*.obj"):
+        write_labels(mesh.with_suffix(".seg"), [1, 1, 2, 2])
+    text = "[classes.class0]\na = 1\nb = 2\n[classes.class1]\nc = 1\nd = 2\n[splits]\nfolds = 5\n"
+    found = split(raw, text)
+    assert found.split_rule.endswith("class by class")
+    assert Counter(name[:6] for name, part in found.splits.items() if part == "test") == {"class0": 3, "class1": 3}
+    assert split(raw, "[splits]\nfolds = 5\n").split_rule == "fold 0 of 5 is test, drawn by seed"
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -76,10 +86,15 @@ def test_groups_stay_together(raw, way, seed):
     assert all(len(part) == 1 for part in parts.values())
 
 
-def test_a_group_also_keeps_together_what_a_run_draws_later(raw):
-    assert {entry.group for entry in split(raw, "[splits]\ngroup = '(s0)_'\n").entries if "s1" not in entry.id} > {
-        "s0"
-    }
+def test_of_few_meshes_each_split_gets_one(raw):
+    found = split(raw, "meshes = '*/s0*'\n[splits]\nfractions = { train = 0.7, val = 0.15, test = 0.15 }\n")
+    assert Counter(found.splits.values()) == {"train": 3, "val": 1, "test": 1}
+
+
+def test_groups_are_handed_to_what_a_run_draws_later(raw):
+    groups = {entry.id: entry.group for entry in split(raw, "[splits]\ngroup = '(s[01])_'\n").entries}
+    assert {groups[name] for name in groups if "/s1_" in name} == {"s1"}
+    assert groups["class0/s2_pose0"] == "class0/s2_pose0"
 
 
 def test_every_mesh_is_tested_in_one_fold(raw):

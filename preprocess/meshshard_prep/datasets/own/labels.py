@@ -16,7 +16,15 @@ FORM_OF_SUFFIX = {".npy": "npy", ".json": "json", ".ply": "ply"}
 IN_MESH = ("ply", "obj-group", "obj-material")
 """Forms whose labels are in the mesh file itself."""
 
-PLACEHOLDERS = ("stem", "folder", "name")
+PLACEHOLDERS = ("stem", "name", "folder", "below")
+
+
+def filled_in(pattern: str, source: str) -> str:
+    """The pattern for the mesh at a path below the raw folder. {stem} is its file name without ending, {name} with
+    it, {folder} its folder, {below} that without the first part: meshes/{below} beside labels/{below}."""
+    path = PurePosixPath(source)
+    below = PurePosixPath(*path.parts[1:-1])
+    return posixpath.normpath(pattern.format(stem=path.stem, name=path.name, folder=path.parent, below=below))
 
 
 def with_label_files(document: Document, root: Path, entries: Sequence[Entry]) -> tuple[Entry, ...]:
@@ -78,8 +86,4 @@ def _places(document: Document, entries: Sequence[Entry]) -> list[str]:
         if field not in PLACEHOLDERS:
             known = ", ".join(f"{{{name}}}" for name in PLACEHOLDERS)
             raise document.wrong("labels.files", f"may have {known}, not {{{field}}}{near(field, PLACEHOLDERS)}")
-    sources = [PurePosixPath(entry.source) for entry in entries]
-    return [
-        posixpath.normpath(pattern.format(stem=source.stem, folder=source.parent.as_posix(), name=source.name))
-        for source in sources
-    ]
+    return [filled_in(pattern, entry.source) for entry in entries]

@@ -23,15 +23,16 @@ def with_splits(document: Document, dataset: RawDataset, root: Path, draw: Draw)
         raise document.wrong(ways[-1], f"says how meshes are split, and so does {ways[0]}; keep one of them")
     if draw.fold and "splits.folds" not in document:
         raise document.wrong("splits.folds", f"is not there, so there is no fold {draw.fold}; leave out --fold")
-    members = [Member(entry.id, entry.mesh_label, entry.group) for entry in dataset.entries]
-    units = "whole groups" if any(member.group for member in members) else "class by class"
+    members = [Member(entry.id, _stratum(entry), entry.group) for entry in dataset.entries]
+    units = ", class by class" if len({member.label for member in members}) > 1 else ""
+    units = ", whole groups" if any(member.group for member in members) else units
     if "splits.fractions" in document:
         fractions = _fractions(document)
         shares = ", ".join(f"{share:g} {split}" for split, share in fractions.items())
         return replace(
             dataset,
             drawn=draw_fractions(members, fractions, draw.seed),
-            split_rule=f"drawn by seed, {units}: {shares}",
+            split_rule=f"drawn by seed{units}: {shares}",
         )
     if "splits.folds" in document:
         folds = document.get("splits.folds")
@@ -41,9 +42,14 @@ def with_splits(document: Document, dataset: RawDataset, root: Path, draw: Draw)
         return replace(
             dataset,
             drawn={name: "test" if fold == draw.fold else "train" for name, fold in found.items()},
-            split_rule=f"fold {draw.fold} of {folds} is test, drawn by seed, {units}",
+            split_rule=f"fold {draw.fold} of {folds} is test, drawn by seed{units}",
         )
     return _by_lists(document, dataset, root) if ways else dataset
+
+
+def _stratum(entry: Entry) -> int:
+    """Meshes with the same number are split in the same shares: those of a class, or of a folder with its classes."""
+    return max(entry.labels.classes.values(), default=-1) if entry.labels else entry.mesh_label
 
 
 def _grouped(document: Document, entries: tuple[Entry, ...]) -> tuple[Entry, ...]:
@@ -69,7 +75,8 @@ def _fractions(document: Document) -> dict[str, float]:
             raise document.wrong("splits.fractions", rule, split)
     if not math.isclose(sum(fractions.values()), 1, abs_tol=1e-6):
         raise document.wrong("splits.fractions", f"sum to 1, not {sum(fractions.values()):g}")
-    return dict(fractions)
+    # train last: it takes what rounding leaves, and of few meshes the others get one each
+    return {split: fractions[split] for split in reversed(SPLITS) if split in fractions}
 
 
 def _by_lists(document: Document, dataset: RawDataset, root: Path) -> RawDataset:

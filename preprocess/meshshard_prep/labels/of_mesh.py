@@ -51,7 +51,7 @@ def listed(file: LabelFile, data: bytes, mesh: RawMesh) -> tuple[Int64[np.ndarra
             f"the labels are of {' or '.join(PLURAL[domain] for domain in file.domains)}",
             f"these are of {PLURAL[written.domain]}",
             place,
-            "correct label_domain in the data set's TOML file, or name other labels",
+            "correct labels.domain in the data set's TOML file, or name other labels",
         )
     if written.numbers is not None:
         lines = _spread(written, lines, mesh.polygons)

@@ -10,8 +10,9 @@ from meshshard_prep.minicoseg.classes import CLASSES
 from meshshard_prep.minicoseg.collection import Collection
 from meshshard_prep.minicoseg.labelled import LabelledMesh
 from meshshard_prep.minicoseg.layout import SPLITS
+from meshshard_prep.scan.write import name_of
 
-README, UNFINISHED = "README.txt", "UNFINISHED.txt"
+README, UNFINISHED, DESCRIPTION = "README.txt", "UNFINISHED.txt", "dataset.toml"
 
 
 def generate(
@@ -21,7 +22,8 @@ def generate(
     jobs: int = 1,
     progress: Callable[[int, int, int], None] | None = None,
 ) -> int:
-    """Write `folder/{train,val,test}/<family>_<nnn>.obj`, `folder/seg/<family>_<nnn>.seg` and `folder/README.txt`.
+    """Write `folder/{train,val,test}/<family>_<nnn>.obj`, `folder/seg/<family>_<nnn>.seg`, `folder/dataset.toml` and
+    `folder/README.txt`.
 
     A .seg file has one line per face, in the order of the .obj: an index into CLASSES. README.txt comes last: where
     it is, the set is whole. What an earlier run with the same settings wrote is not made again. Gives the number of
@@ -38,6 +40,7 @@ def generate(
         (folder / name).mkdir(parents=True, exist_ok=True)
     if not (folder / README).exists():
         _write(folder / UNFINISHED, _readme(collection))
+        _write(folder / DESCRIPTION, _description(folder.resolve().name, collection))
     todo = [(key, path) for key, path in places.items() if not (path.exists() and _labels_of(path).exists())]
     made = Parallel(n_jobs=jobs, return_as="generator_unordered")(
         delayed(_make)(collection, *key, path) for key, path in todo
@@ -81,6 +84,15 @@ the number of its class.
 
 {classes}
 """
+
+
+def _description(name: str, collection: Collection) -> str:
+    """The TOML file for `features`: only the classes of the families that are there."""
+    labels = [
+        f'"{label}" = {number}' for number, label in enumerate(CLASSES) if label.split(" ")[0] in collection.families
+    ]
+    where = ["[labels]", 'files = "seg/{stem}.seg"', 'domain = "face"']
+    return "\n".join([f"# {collection}", f'name = "{name_of(name)}"', "", *where, "", "[classes]", *labels, ""])
 
 
 def _obj(mesh: LabelledMesh) -> str:

@@ -1,7 +1,7 @@
 """Which files, or parts of mesh files, hold labels: they must be readable and as many as something of the mesh."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +16,8 @@ SAMPLE = 8
 """Meshes that are looked at first. What is labels in none of them is none."""
 
 MOST_DISTINCT = 64
-"""With more distinct labels than that, each must be there often: else they are numbers of something else."""
+"""With more distinct labels than that, each must be there ten times: else they are numbers of something else. Names
+must be there twice: else they are lines of some text."""
 
 LEAST_SHARE = 0.5
 """Share of the meshes that must hold labels themselves for these to be meant."""
@@ -67,8 +68,7 @@ def labels_in_files(root: Path, pattern: Pattern, counts: Mapping[str, Counts], 
 
         there = [mesh for mesh in counts if mesh in pattern.files]
         if any(_fit(read, mesh, counts[mesh])[0] for mesh in _sample(there)):
-            missing = tuple(mesh for mesh in counts if mesh not in pattern.files)
-            found = _labelling(pattern.text, form, "", read, there, missing, counts, told)
+            found = _labelling(pattern.text, form, "", read, there, counts, told)
             if found is not None:
                 return found
     return None
@@ -88,7 +88,7 @@ def labels_in_meshes(entries: Sequence[Entry], counts: Mapping[str, Counts], tol
         def read(mesh: str, form: str = form, name: str = name) -> Written:
             return FORMS[form](paths[mesh].read_bytes(), name, mesh)
 
-        labelling = _labelling("", form, name, read, list(counts), (), counts, told)
+        labelling = _labelling("", form, name, read, list(counts), counts, told)
         found += [labelling] if labelling and len(labelling.of) >= LEAST_SHARE * len(counts) else []
     return found
 
@@ -104,10 +104,10 @@ def _labelling(
     name: str,
     read: Callable[[str], Written],
     meshes: Sequence[str],
-    missing: tuple[str, ...],
     counts: Mapping[str, Counts],
     told: Told,
 ) -> Labelling | None:
+    """What is found in some of the meshes, all that have such a file; None where these are no labels."""
     fits = dict.fromkeys(DOMAINS, 0)
     of: dict[str, frozenset[int | str]] = {}
     odd = []
@@ -121,10 +121,17 @@ def _labelling(
         else:
             odd.append(found)
         told(done, len(meshes))
-    distinct = len({value for values in of.values() for value in values})
-    if not of or (distinct > MOST_DISTINCT and distinct * 10 > total):
+    distinct = {value for values in of.values() for value in values}
+    most = total // 10 if len(distinct) > MOST_DISTINCT else total // 2
+    if not of or (len(distinct) > most and not _few_numbers(distinct)):
         return None
+    missing = tuple(mesh for mesh in counts if mesh not in set(meshes))
     return Labelling(pattern=pattern, form=form, name=name, fits=fits, of=of, odd=tuple(odd), missing=missing)
+
+
+def _few_numbers(values: Collection[int | str]) -> bool:
+    """Each may be there once and be a label all the same."""
+    return len(values) <= MOST_DISTINCT and all(isinstance(value, int) for value in values)
 
 
 def _fit(

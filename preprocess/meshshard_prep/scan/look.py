@@ -1,20 +1,21 @@
 """All that a folder holds, as far as it matters for a data set."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from meshshard.errors import InvalidMesh, UsageError
 from meshshard.remote import listed
-from meshshard_prep.datasets import ADAPTERS
 from meshshard_prep.datasets.folder import mesh_entries
 from meshshard_prep.datasets.layout import Entry
+from meshshard_prep.datasets.own.labels import filled_in
 from meshshard_prep.datasets.own.names import Names
 from meshshard_prep.formats import read_file
 from meshshard_prep.scan.counts import Counts, counts_of
 from meshshard_prep.scan.folders import ClassFolders, class_folders, sets_of
+from meshshard_prep.scan.known import known_as
 from meshshard_prep.scan.labels import Labelling, labels_in_files, labels_in_meshes
 from meshshard_prep.scan.lists import Lists, find_lists
 from meshshard_prep.scan.names import patterns_of
@@ -44,12 +45,13 @@ Told = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Findings:
-    """`known`: name of the data set that has this layout and these numbers of meshes, or empty. `counts`: source ->
+    """`known`, `like`: what `known_as` says. `counts`: source ->
     what its file has. `labellings`: the best first. `sets`: top folders with labels of their own. `lonely`: files
     that look like labels, of meshes that are not there. `others`: suffix -> files that are none of all this."""
 
     root: Path
     known: str
+    like: str
     entries: tuple[Entry, ...]
     counts: dict[str, Counts]
     labellings: tuple[Labelling, ...]
@@ -83,36 +85,38 @@ def look(root: Path, told: Told) -> Findings:
         hint = f"; {foreign} files are meshes of other formats: convert them to one of these" if foreign else ""
         raise UsageError(f"{error}{hint}") from None
     counts = _counts(entries, told)
-    meshes = [source for source, count in counts.items() if not count.refusal]
-    readable = {source: counts[source] for source in meshes}
+    readable = {source: count for source, count in counts.items() if not count.refusal}
     others = sorted(set(files) - {entry.source for entry in entries})
-    found: list[Labelling] = []
-    claimed: dict[str, str] = {}
-    sets: tuple[str, ...] = ()
-    patterns = patterns_of(meshes, others)
-    for pattern in patterns:
-        labelling = labels_in_files(root, pattern, readable, lambda done, of: told("labels", done, of))
-        if labelling is not None:
-            claimed |= {file: pattern.text for file in pattern.files.values()}
-            sets = sets if found else sets_of(pattern.files)
-            found.append(labelling)
-    found += labels_in_meshes(entries, readable, lambda done, of: told("labels in meshes", done, of))
+    in_files = {
+        pattern: labelling
+        for pattern in patterns_of(list(readable), others)
+        if (labelling := labels_in_files(root, pattern, readable, lambda done, of: told("labels", done, of)))
+    }
+    found = list(in_files.values())
+    if not found:
+        found = labels_in_meshes(entries, readable, lambda done, of: told("labels in meshes", done, of))
+    claimed = {file for pattern in in_files for file in pattern.files.values()}
     left = [other for other in others if other not in claimed]
     lonely = _lonely(left, claimed)
+    known, like = known_as(root, entries)
+    found.sort(key=lambda labelling: -len(labelling.of))
     return Findings(
         root=root,
-        known=_known(root, entries),
+        known=known,
+        like=like,
         entries=entries,
         counts=counts,
-        labellings=tuple(sorted(found, key=lambda one: -len(one.of))),
-        sets=sets,
+        labellings=tuple(found),
+        sets=_sets(found[0]) if in_files else (),
         lonely=lonely,
         folders=class_folders(entries),
         lists=find_lists(root, left, Names(entries)),
-        others=dict(
-            Counter(PurePosixPath(other).suffix.lower() for other in left if other not in lonely).most_common()
-        ),
+        others=dict(Counter(PurePosixPath(other).suffix.lower() for other in left if other not in lonely)),
     )
+
+
+def _sets(labelling: Labelling) -> tuple[str, ...]:
+    return sets_of({source: filled_in(labelling.pattern, source) for source in labelling.of})
 
 
 def _files(folder: Path) -> Iterator[Path]:
@@ -141,22 +145,7 @@ def _counts(entries: Sequence[Entry], told: Told) -> dict[str, Counts]:
     return found
 
 
-def _lonely(left: Sequence[str], claimed: dict[str, str]) -> tuple[str, ...]:
+def _lonely(left: Sequence[str], claimed: Collection[str]) -> tuple[str, ...]:
     """Files with the suffix of label files, in their folders."""
     kinds = {(PurePosixPath(file).parent, PurePosixPath(file).suffix) for file in claimed}
     return tuple(file for file in left if (PurePosixPath(file).parent, PurePosixPath(file).suffix) in kinds)
-
-
-def _known(root: Path, entries: Sequence[Entry]) -> str:
-    """The known data set whose layout and published number of meshes the folder has, or empty."""
-    for adapter in ADAPTERS.values():
-        expected = {what: count for what, count in adapter.expected.items() if what != "classes"}
-        if not expected or sum(expected.values()) != len(entries):
-            continue
-        try:
-            found = adapter.read(root)
-        except (UsageError, OSError):
-            continue
-        if Counter(entry.split for entry in found.entries) == expected:
-            return adapter.name
-    return ""

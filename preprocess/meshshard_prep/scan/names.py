@@ -16,7 +16,7 @@ MOST_PATTERNS = 30
 """Patterns are tried in the order of how many files suggest them; later ones belong to a few files."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Pattern:
     """`text`: as labels.files takes it. `files`: mesh -> its file, both as paths below the root."""
 

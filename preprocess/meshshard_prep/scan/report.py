@@ -1,5 +1,6 @@
 """What was found, as lines for a person and as a table for programs."""
 
+import shlex
 from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 from meshshard_prep.datasets.layout import DOMAINS
 from meshshard_prep.jobs import printable
 from meshshard_prep.labels.of_mesh import PLURAL
+from meshshard_prep.scan.known import meshes_of
 from meshshard_prep.scan.labels import Labelling
 from meshshard_prep.scan.look import Findings
 from meshshard_prep.scan.reading import Reading
@@ -50,8 +52,14 @@ def _lines(findings: Findings, reading: Reading) -> Iterator[tuple[str, str]]:
             "other files",
             ", ".join(f"{count:,} {end or 'without ending'}" for end, count in findings.others.items()),
         )
+    command = f"meshshard features {findings.known or findings.like} --raw {shlex.quote(str(findings.root))}"
     if findings.known:
-        yield "known as", f"{findings.known}: meshshard features {findings.known} --raw {findings.root}"
+        yield "known as", f"{findings.known}: {command}"
+    if findings.like:
+        yield (
+            "laid out as",
+            f"{findings.like} ({meshes_of(findings.like):,} meshes); if it is a part of it: {command}",
+        )
 
 
 def _labelling(labelling: Labelling, meshes: int) -> Iterator[tuple[str, str]]:
@@ -80,6 +88,7 @@ def as_table(findings: Findings, reading: Reading) -> dict[str, Any]:
     return {
         "folder": printable(str(findings.root)),
         "known": findings.known,
+        "like": findings.like,
         "meshes": len(findings.entries),
         "formats": {kind: sum(c.format == kind for c in counts) for kind in sorted({c.format for c in counts})},
         "endings": _endings(findings),

@@ -194,5 +194,5 @@ def test_classes_of_names_are_in_alphabetical_order(tmp_path):
 def test_a_domain_that_was_not_asked_for_is_refused():
     vertices, faces, _, labels = labelled("box")
     data = ply_bytes(vertices, faces, "int32", {}, {"label": [integer(label) for label in labels]})
-    with pytest.raises(InvalidMesh, match=r"the labels are of vertices, but these are of faces.*label_domain"):
+    with pytest.raises(InvalidMesh, match=r"the labels are of vertices, but these are of faces.*labels.domain"):
         read(data, "ply", parse_mesh(data, "m.ply"), BY_INTEGER, "label", domains=("vertex",))

@@ -1,7 +1,10 @@
 import numpy as np
 import pytest
 
+from meshshard.recipe import RECIPES
+from meshshard_prep.datasets import read_dataset
 from meshshard_prep.minicoseg import CLASSES, FAMILIES, Collection, generate, make_mesh
+from meshshard_prep.run import run
 
 SPLITS = ("train", "val", "test")
 
@@ -11,6 +14,12 @@ def folder(tmp_path_factory):
     place = tmp_path_factory.mktemp("set") / "minicoseg"
     assert generate(place, Collection(count=9)) == 9
     return place
+
+
+def assert_same_but_for_the_name(folder, other):
+    mine, others = files(folder), files(other)
+    assert mine.pop("dataset.toml").decode() == others.pop("dataset.toml").decode().replace(other.name, folder.name)
+    assert mine == others
 
 
 def files(folder):
@@ -49,7 +58,7 @@ def test_readme_says_the_settings_and_the_classes(folder):
 
 def test_a_second_run_changes_nothing_and_leaves_nothing(folder):
     before = files(folder)
-    assert len(before) == 9 + 9 + 1
+    assert len(before) == 9 + 9 + 2
     assert generate(folder, Collection(count=9)) == 0
     assert files(folder) == before
 
@@ -57,7 +66,7 @@ def test_a_second_run_changes_nothing_and_leaves_nothing(folder):
 def test_more_meshes_leave_the_earlier_ones_as_they_were(folder, tmp_path):
     generate(tmp_path, Collection(count=3))
     more, few = files(folder), files(tmp_path)
-    del few["README.txt"]
+    del few["README.txt"], few["dataset.toml"]
     assert len(few) == 6
     assert few.items() <= more.items()
 
@@ -92,12 +101,12 @@ def test_a_run_that_was_stopped_goes_on(tmp_path, folder):
     with pytest.raises(FileExistsError, match="two sets would be mixed"):
         generate(tmp_path, Collection(count=6))
     assert generate(tmp_path, Collection(count=9)) == 7
-    assert files(tmp_path) == files(folder)
+    assert_same_but_for_the_name(tmp_path, folder)
 
 
 def test_two_processes_write_what_one_writes(tmp_path, folder):
     generate(tmp_path, Collection(count=9), jobs=2)
-    assert files(tmp_path) == files(folder)
+    assert_same_but_for_the_name(tmp_path, folder)
 
 
 def test_a_test_bed_has_the_sizes_families_and_damage_that_were_asked_for(look, tmp_path):
@@ -111,6 +120,10 @@ def test_a_test_bed_has_the_sizes_families_and_damage_that_were_asked_for(look, 
         assert [uses[1], uses[5]] == [[1, 2]] * 2  # open
         assert 3 in uses[3]  # with a fin
     assert all(240 <= len(read(path)[1]) <= 360 for path in tmp_path.glob("t*/*.obj"))
+    dataset = read_dataset(str(tmp_path / "dataset.toml"))
+    assert dataset.classes == tuple(name for name in CLASSES if not name.startswith("chair"))
+    report = run(dataset, tmp_path / "out", RECIPES["paper"], jobs=1)
+    assert (len(report.index.ids), report.ok) == (12, True)
 
 
 def read(path):

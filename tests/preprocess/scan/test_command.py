@@ -128,7 +128,8 @@ def test_numbers_that_are_no_labels(tmp_path, capsys):
         write_obj(tmp_path / "raw" / f"{name}.obj", *mesh)
         write_labels(tmp_path / "raw" / f"{name}.vts", np.random.default_rng(0).permutation(len(mesh[0])))
         write_labels(tmp_path / "raw" / f"{name}.area", np.random.default_rng(0).random(len(mesh[1])))
+        (tmp_path / "raw" / f"{name}.mtl").write_text("".join(f"Kd {number}\n" for number in range(len(mesh[1]))))
         (tmp_path / "raw" / f"{name}.json").write_text('{"made": "by hand"}')
     found = scanned(tmp_path / "raw", tmp_path, capsys)[1]
     assert (found["labels"], found["reading"]) == ([], "none")
-    assert found["other_files"] == {".vts": 2, ".area": 2, ".json": 2}
+    assert found["other_files"] == {".vts": 2, ".area": 2, ".mtl": 2, ".json": 2}

@@ -18,6 +18,7 @@ def test_the_sample_of_coseg(data_root, tmp_path, capsys, name):
     toml, found = scanned(data_root / "coseg_sample" / name, tmp_path, capsys)
     meshes = {"": 27, "chairs": 22, "tele-aliens": 5}[name]
     assert found["labels"][0]["fits"] == {"face": meshes, "edge": 0, "vertex": 0}
+    assert (found["known"], found["like"]) == ("", "" if name else "coseg_original")
     assert (len(found["edits"]), len(found["sets"])) == ((0, 0) if name else (1, 2))
     dataset = read_dataset(str(toml))
     assert len(dataset.classes) == {"": 7, "chairs": 3, "tele-aliens": 4}[name]
@@ -43,15 +44,21 @@ def test_modelnet_like_folders(data_root, tmp_path, capsys):
 
 
 def test_human_bodies_as_if_unknown(data_root, tmp_path, capsys):
-    toml, found = scanned(data_root / "human_seg", tmp_path, capsys)
-    assert (found["known"], found["edits"], found["meshes"]) == ("human_seg", [], 399)
-    assert found["labels"][0]["fits"] == {"face": 0, "edge": 399, "vertex": 0}
-    dataset, known = read_dataset(str(toml)), read_dataset("human_seg", data_root / "human_seg")
-    paths = {entry.source: entry.labels for entry in dataset.entries}
-    for entry in known.entries[::20]:
-        mesh, data = read_mesh(entry.path), entry.labels.path.read_bytes()
-        as_known, as_found = (read_labels(labels, data, mesh).faces for labels in (entry.labels, paths[entry.source]))
-        np.testing.assert_array_equal(as_found, as_known)
+    known = read_dataset("human_seg", data_root / "human_seg").entries[::20]
+    for entry in known:
+        for path in (entry.path, entry.labels.path):
+            link = tmp_path / "raw" / path.relative_to(data_root / "human_seg")
+            link.parent.mkdir(parents=True, exist_ok=True)
+            link.symlink_to(path.resolve())
+    toml, found = scanned(tmp_path / "raw", tmp_path, capsys)
+    assert (found["known"], found["edits"], found["meshes"]) == ("", [], 20)
+    assert found["labels"][0]["fits"] == {"face": 0, "edge": 20, "vertex": 0}
+    as_found = {entry.source: entry for entry in read_dataset(str(toml)).entries}
+    for entry in known:
+        mesh, data, other = read_mesh(entry.path), entry.labels.path.read_bytes(), as_found[entry.source]
+        faces = [read_labels(labels, data, mesh).faces for labels in (entry.labels, other.labels)]
+        np.testing.assert_array_equal(*faces)
+        assert other.split == entry.split
 
 
 def test_shapes_of_shrec(data_root, tmp_path, capsys):

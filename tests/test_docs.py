@@ -4,7 +4,8 @@ import json
 import re
 import subprocess
 import sys
-from importlib.metadata import entry_points
+import tomllib
+from importlib.metadata import PackageNotFoundError, entry_points, metadata
 from pathlib import Path
 
 import h5py
@@ -158,6 +159,48 @@ def test_readme_python_block():
 def test_readme_begins_with_the_two_commands():
     (first, *_) = blocks(ROOT / "README.md", "")
     assert [line.split("  ")[0] for line in first.splitlines()] == ["make train", "make test"]
+
+
+def dependencies():
+    """Name of every package that pyproject.toml asks for -> what it comes with, as the document writes it."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    groups = {"always": project["project"]["dependencies"], "building": project["build-system"]["requires"]}
+    groups |= {f"`{extra}`": names for extra, names in project["project"]["optional-dependencies"].items()}
+    found = {}
+    for group, requirements in groups.items():
+        for requirement in requirements:
+            name = re.match(r"[\w-]+", requirement)[0]
+            if name != "meshshard":
+                found.setdefault(name, []).append(group)
+    return found
+
+
+def test_every_dependency_has_its_licence_in_the_document():
+    rows = table((DOCS / "licences.md").read_text())
+    assert {name: set(cells[0].split(", ")) for name, cells in rows.items()} == {
+        name: set(groups) for name, groups in dependencies().items()
+    }
+    for name, (_, licence) in rows.items():
+        assert licence, name
+
+
+WORDS = {"MIT": "MIT", "BSD": "BSD", "Apache": "Apache", "MPL": "MPL|Mozilla", "GPL": "GPL|GNU", "PSF": "PSF|Python"}
+"""Family of licences -> what packages call it."""
+
+
+@pytest.mark.parametrize("name", sorted(dependencies()))
+def test_licences_are_those_that_packages_declare(name):
+    try:
+        declared = metadata(name)
+    except PackageNotFoundError:
+        pytest.skip(f"{name} is not installed")
+    classifiers = [text for text in declared.get_all("Classifier") or [] if text.startswith("License ::")]
+    said = " ".join([declared["License-Expression"] or (declared["License"] or "")[:50], *classifiers])
+    _, licence = table((DOCS / "licences.md").read_text())[name]
+    families = [words for family, words in WORDS.items() if licence.startswith(family)]
+    assert len(families) == 1, licence
+    assert re.search(families[0], said), said
+    assert ("GPL" in licence) == bool(re.search(r"\bL?GPL|GNU", said)), said
 
 
 def test_links_between_documents_lead_somewhere():

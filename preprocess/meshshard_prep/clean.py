@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float64, Int64
+from jaxtyping import Bool, Float64, Int64
 
 from meshshard.errors import InvalidMesh
 
@@ -51,7 +51,7 @@ def clean(
     centre, scale = _frame(vertices[referenced], place)
     positions = _normalised(vertices, centre, scale, place)
 
-    merged = _weld(vertices, referenced) if weld else np.arange(len(vertices))
+    merged = same_point(vertices, referenced) if weld else np.arange(len(vertices))
     corners = merged[faces]
     distinct = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2]) & (corners[:, 2] != corners[:, 0])
     if not distinct.any():
@@ -135,7 +135,7 @@ def _normalised(vertices: np.ndarray, centre: np.ndarray, scale: float, place: s
     return positions
 
 
-def _weld(vertices: np.ndarray, referenced: np.ndarray) -> np.ndarray:
+def same_point(vertices: Float64[np.ndarray, "V 3"], referenced: Bool[np.ndarray, " V"]) -> Int64[np.ndarray, " V"]:
     """Representative of each vertex: the first referenced one at the same point; itself where unreferenced."""
     used = np.flatnonzero(referenced)
     points = np.ascontiguousarray(vertices[used] + 0.0)  # -0.0 becomes 0.0: the two are one point

@@ -42,6 +42,14 @@ Out = Annotated[
 RecipeName = Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")]
 Components = Annotated[str | None, typer.Option(help="Pieces of a mesh: separate, or bridged by weak links.")]
 SpectrumSize = Annotated[int, typer.Option(help="Store that many of the lowest eigenpairs too.", min=0)]
+Step = Annotated[
+    list[str] | None,
+    typer.Option(help="Change the meshes: weld, largest_component, orient. Again for several, in that order."),
+]
+Simplify = Annotated[
+    int,
+    typer.Option(help="Collapse edges down to that many faces; 0 leaves meshes as they are.", min=0),
+]
 SplitSeed = Annotated[int, typer.Option(help="Seed of all splits that are drawn.", min=0)]
 Fold = Annotated[int, typer.Option(help="Fold to test on, where a data set has folds.", min=0)]
 NoLabels = Annotated[bool, typer.Option("--no-labels", help="Ignore labels, splits and classes.")]
@@ -65,6 +73,8 @@ def features(
     ] = 1.0,
     components: Components = None,
     spectrum: SpectrumSize = 0,
+    step: Step = None,
+    simplify: Simplify = 0,
     no_labels: NoLabels = False,
     time_limit: Annotated[float, typer.Option(help="Seconds a mesh may take; 0 for no limit.", min=0)] = 600,
     memory_limit: Annotated[float, typer.Option(help="GB a mesh may take; 0 for no limit.", min=0)] = 8,
@@ -88,6 +98,8 @@ def features(
 
     meshshard features my_folder_of_meshes --out shards --dry-run
 
+    meshshard features my_folder_of_meshes --step weld --step orient --simplify 750
+
     meshshard features s3://bucket/meshes
     """
     from meshshard.errors import UsageError
@@ -106,7 +118,7 @@ def features(
     if jobs == 0:
         raise UsageError("--jobs is the number of workers, or -1 for one a core; it cannot be 0")
     engine = find_engine(backend, address, jobs)
-    settings = _with_options(find_recipe(recipe), components, spectrum)
+    settings = _with_options(find_recipe(recipe), components, spectrum, step, simplify)
     raw_dataset = _raw_dataset(dataset, raw, no_labels, make=not dry_run, seed=split_seed, fold=fold)
     for note in raw_dataset.notes:
         typer.echo(f"note: {note}", err=True)
@@ -142,6 +154,8 @@ def status(
     recipe: RecipeName = "paper",
     components: Components = None,
     spectrum: SpectrumSize = 0,
+    step: Step = None,
+    simplify: Simplify = 0,
     no_labels: NoLabels = False,
     as_json: AsJson = False,
 ) -> None:
@@ -170,7 +184,7 @@ def status(
         except UsageError as error:
             missing = f"what is stale cannot be told without the raw files; say where they are with --raw. {error}"
     else:
-        settings = _with_options(find_recipe(recipe), components, spectrum)
+        settings = _with_options(find_recipe(recipe), components, spectrum, step, simplify)
         raw_dataset = _raw_dataset(dataset, raw, no_labels, make=False)
         folder = out or FEATURES / raw_dataset.name / settings.name
     table = tables.stored(folder) | {"plan": raw_dataset and tables.planned(raw_dataset, folder, settings)}
@@ -237,7 +251,9 @@ def doctor(
     raise typer.Exit(1 if refused else 0)
 
 
-def _with_options(recipe: "Recipe", components: str | None, spectrum: int) -> "Recipe":
+def _with_options(
+    recipe: "Recipe", components: str | None, spectrum: int, steps: list[str] | None, simplify: int
+) -> "Recipe":
     """The recipe with what the options change, under a name of its own."""
     from dataclasses import replace
 
@@ -245,6 +261,10 @@ def _with_options(recipe: "Recipe", components: str | None, spectrum: int) -> "R
         recipe = replace(recipe, components=components, name=f"{recipe.name}-{components}")
     if spectrum:
         recipe = replace(recipe, spectrum=spectrum, name=f"{recipe.name}-spectrum{spectrum}")
+    if steps:
+        recipe = replace(recipe, steps=tuple(steps), name="-".join([recipe.name, *steps]))
+    if simplify:
+        recipe = replace(recipe, simplify=simplify, name=f"{recipe.name}-simplify{simplify}")
     return recipe
 
 

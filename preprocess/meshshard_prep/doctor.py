@@ -17,11 +17,13 @@ from meshshard_prep.datasets.layout import Entry, LabelFile
 from meshshard_prep.facts import facts_of
 from meshshard_prep.features.edges import edges_of
 from meshshard_prep.formats import format_of, parse_mesh, read_file
-from meshshard_prep.isolation import Limits, Lost, isolated
+from meshshard_prep.isolation import Limits, isolated
 from meshshard_prep.jobs import make_job, printable, read_entry
 from meshshard_prep.labels import class_table, labels_of, listed, offered
+from meshshard_prep.lost import Lost
 from meshshard_prep.mesh import RawMesh
 from meshshard_prep.pipeline import compute_sample, counts_of
+from meshshard_prep.prepare.steps import prepare
 from meshshard_prep.work import warm_up
 
 
@@ -104,6 +106,9 @@ def _findings(entry: Entry, recipe: Recipe) -> Iterator[dict[str, Any]]:
         yield _labels(entry, raw)
     if found := offered(data, entry.path.suffix):
         yield {"offered": [{"form": form, "name": name, "domain": domain} for form, name, domain in found]}
+    raw = prepare(raw, None, recipe, place=entry.source).mesh
+    if recipe.changes_mesh:
+        yield {"prepared": {"vertices": len(raw.vertices), "triangles": len(raw.faces)}}
     mesh = clean(raw.vertices, raw.faces, weld=recipe.weld, place=entry.source)
     edges = edges_of(mesh.faces)
     yield {"centre": mesh.centre.tolist(), "radius": mesh.scale, "counts": counts_of(mesh, edges)}

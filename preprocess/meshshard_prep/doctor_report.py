@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from meshshard_prep.doctor import Diagnosis
-from meshshard_prep.isolation import Lost
+from meshshard_prep.lost import Lost
 
 
 def rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
@@ -16,6 +16,9 @@ def rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     if "vertices" in found:
         result.append(("vertices", str(found["vertices"])))
         result.append(("faces", f"{found['polygons']} polygons, {found['triangles']} triangles"))
+    if "prepared" in found:
+        prepared = found["prepared"]
+        result.append(("prepared", f"{prepared['vertices']} vertices, {prepared['triangles']} triangles"))
     if "counts" in found:
         result += _geometry(found)
     if "labels" in found:

@@ -9,8 +9,9 @@ import numpy as np
 
 from meshshard.errors import InvalidMesh
 from meshshard.recipe import Recipe
-from meshshard_prep.isolation import Limits, Lost, isolated
+from meshshard_prep.isolation import Limits, isolated
 from meshshard_prep.jobs import Job, read_entry
+from meshshard_prep.lost import Lost
 from meshshard_prep.work import warm_up
 
 TRIALS = 5

@@ -42,14 +42,14 @@ def facts_of(vertices: Float64[np.ndarray, "V 3"], faces: Int64[np.ndarray, "F 3
     """The facts of a mesh as `clean` gives it: every vertex in a face, three different corners a face, radius 1."""
     pieces, piece_of = components_of(edges, len(vertices))
     piece_of_face, piece_of_edge = piece_of[faces[:, 0]], piece_of[edges.ends[:, 0]]
-    disagreeing = _disagreeing(faces, edges)
+    at_odds = disagreeing(faces, edges)
     interior, _ = edges.pairs
     closed = _without(edges.count != 2, piece_of_edge, pieces)
-    oriented = _without(disagreeing, piece_of_edge[interior], pieces)
+    oriented = _without(at_odds, piece_of_edge[interior], pieces)
     volume = np.bincount(piece_of_face, np.linalg.det(vertices[faces]) / 6, minlength=pieces)
     loops = _loops(edges, len(vertices))
     bowties = _bowties(faces, edges, len(vertices))
-    orientable = _orientable(len(faces), edges, disagreeing)
+    orientable = _orientable(len(faces), edges, at_odds)
     characteristic = len(vertices) - len(edges.ends) + len(faces)
     is_surface = orientable and bowties == 0 and bool((edges.count <= 2).all())
     lengths = np.linalg.norm(vertices[edges.ends[:, 0]] - vertices[edges.ends[:, 1]], axis=1)
@@ -60,7 +60,7 @@ def facts_of(vertices: Float64[np.ndarray, "V 3"], faces: Int64[np.ndarray, "F 3
         boundary_loops=loops,
         bowtie_vertices=bowties,
         duplicate_faces=len(faces) - len(np.unique(np.sort(faces, axis=1), axis=0)),
-        disagreeing_edges=int(disagreeing.sum()),
+        disagreeing_edges=int(at_odds.sum()),
         orientable=orientable,
         inside_out_pieces=int((closed & oriented & (volume < 0)).sum()),
         euler_characteristic=characteristic,
@@ -75,18 +75,18 @@ def _without(fault: Bool[np.ndarray, " E"], piece_of: Int64[np.ndarray, " E"], p
     return np.bincount(piece_of[fault], minlength=pieces) == 0
 
 
-def _disagreeing(faces: Int64[np.ndarray, "F 3"], edges: Edges) -> Bool[np.ndarray, " P"]:
+def disagreeing(faces: Int64[np.ndarray, "F 3"], edges: Edges) -> Bool[np.ndarray, " P"]:
     """Whether the two faces of each interior edge leave it by the same vertex; on an oriented surface they do not."""
     _, halves = edges.pairs
     tails = faces.ravel()[halves]
     return tails[:, 0] == tails[:, 1]
 
 
-def _orientable(faces: int, edges: Edges, disagreeing: Bool[np.ndarray, " P"]) -> bool:
+def _orientable(faces: int, edges: Edges, at_odds: Bool[np.ndarray, " P"]) -> bool:
     """No face is connected with its own other side, in the graph of both sides of all faces."""
     _, halves = edges.pairs
     first, second = halves.T // 3
-    crossing = faces * disagreeing  # from the upper side of one face to the lower side of the other
+    crossing = faces * at_odds  # from the upper side of one face to the lower side of the other
     ends = np.concatenate([first, first + faces]), np.concatenate([second + crossing, second + faces - crossing])
     side = _piece_of(ends, 2 * faces)
     return bool((side[:faces] != side[faces:]).all())

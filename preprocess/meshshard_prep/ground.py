@@ -11,27 +11,31 @@ from pathlib import Path
 
 from meshshard.errors import UsageError
 from meshshard.files import TEMPORARY_PREFIX
+from meshshard.recipe import Recipe
 from meshshard_prep import staging
 
 PACKAGES = ("meshshard", "numpy", "scipy", "libigl", "robust-laplacian", "numba", "pymetis")
-"""What the numbers of a sample come from."""
+"""What the numbers of a sample come from; those of a simplified mesh also from SIMPLIFIER."""
+
+SIMPLIFIER = "pymeshlab"
 
 
 @dataclass(frozen=True)
 class Ground:
-    """`mark`: a file in the output folder that this run alone has made. `versions`: of PACKAGES, in their order."""
+    """`mark`: a file in the output folder that this run alone has made. `versions`: of what the numbers come from."""
 
     mark: Path
-    versions: tuple[str, ...]
+    versions: tuple[tuple[str, str], ...]
 
 
 @contextmanager
-def common_ground(out: Path) -> Iterator[Ground]:
+def common_ground(out: Path, recipe: Recipe) -> Iterator[Ground]:
     """The ground of a run that writes to `out`, whose staging folder is there."""
     mark = out.resolve() / staging.FOLDER / f"{TEMPORARY_PREFIX}{secrets.token_hex(8)}"
     mark.touch()
     try:
-        yield Ground(mark, _versions())
+        packages = (*PACKAGES, SIMPLIFIER) if recipe.simplify else PACKAGES
+        yield Ground(mark, tuple((package, _version(package)) for package in packages))
     finally:
         mark.unlink(missing_ok=True)
 
@@ -40,7 +44,8 @@ def common_ground(out: Path) -> Iterator[Ground]:
 def check_ground(ground: Ground) -> None:
     """UsageError: this process sees another folder than the run, or has other versions."""
     host = socket.gethostname()
-    for package, here, there in zip(PACKAGES, _versions(), ground.versions, strict=True):
+    for package, there in ground.versions:
+        here = _version(package)
         if here != there:
             raise UsageError(
                 f"the worker on {host} has {package} {here} and this run {there}, so its samples could differ; "
@@ -51,10 +56,6 @@ def check_ground(ground: Ground) -> None:
             f"the worker on {host} does not see what this run wrote to {ground.mark.parent.parent}; give an --out on "
             "a file system that all machines share, with the same path on each"
         )
-
-
-def _versions() -> tuple[str, ...]:
-    return tuple(_version(package) for package in PACKAGES)
 
 
 def _version(package: str) -> str:

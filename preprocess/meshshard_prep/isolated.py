@@ -12,6 +12,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from meshshard.errors import MeshshardError
+from meshshard_prep.lost import Lost
 
 STATM = Path("/proc/self/statm")
 PR_SET_PDEATHSIG = 1
@@ -27,14 +28,23 @@ def die_with(parent: int) -> None:
             os._exit(1)
 
 
+def memory_left() -> int | None:
+    """Bytes that this process may still take; None for no limit that is known. Linux only."""
+    soft = resource.getrlimit(resource.RLIMIT_DATA)[0]
+    return None if soft == resource.RLIM_INFINITY or not STATM.exists() else max(soft - _held(), 1)
+
+
 def limit_memory(more: int | None) -> None:
     """Let this process use `more` bytes on top of what it has; allocations beyond fail. Linux only."""
     hard = resource.getrlimit(resource.RLIMIT_DATA)[1]
     soft = hard
     if more is not None and STATM.exists():
-        used = int(STATM.read_text().split()[5]) * resource.getpagesize()
-        soft = used + more if hard == resource.RLIM_INFINITY else min(used + more, hard)
+        soft = _held() + more if hard == resource.RLIM_INFINITY else min(_held() + more, hard)
     resource.setrlimit(resource.RLIMIT_DATA, (soft, hard))
+
+
+def _held() -> int:
+    return int(STATM.read_text().split()[5]) * resource.getpagesize()
 
 
 def serve(link: Connection) -> None:
@@ -54,6 +64,8 @@ def serve(link: Connection) -> None:
             answer = "result", function(*arguments)
         except MeshshardError as error:
             answer = "refusal", error
+        except Lost as lost:  # a process that this one called
+            answer = "lost", (lost.code, lost.cause)
         except MemoryError as error:
             answer = "memory", str(error)
         except BaseException as error:  # noqa: BLE001  also SystemExit: whatever it is, it costs one call
@@ -62,6 +74,11 @@ def serve(link: Connection) -> None:
         link.send(answer)
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """`python -m PROGRAM DESCRIPTOR PARENT`."""
     die_with(int(sys.argv[2]))
     serve(Connection(int(sys.argv[1])))
+
+
+if __name__ == "__main__":
+    main()

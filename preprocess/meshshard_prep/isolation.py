@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import IO, Any, TypeVar
 
 from meshshard.errors import UsageError
+from meshshard_prep.lost import Lost
 
 Result = TypeVar("Result")
 
@@ -37,29 +38,22 @@ class Limits:
                 raise UsageError(f"the {what} limit is above 0 and at most {most:.0e}, or none, not {value}")
 
 
-class Lost(Exception):
-    """A call that came to no result. `code` is a key of errors.FAILURES, `cause` says what happened."""
-
-    advice = ""
-
-    def __init__(self, code: str, cause: str) -> None:
-        self.code, self.cause = code, cause
-        super().__init__(cause)
-
-
 class Isolated:
-    """One process and the pipe to it; started at the first call, and anew after it was lost. `warm_up`: a function
-    and its arguments, called first in every new process, without limits."""
+    """One process and the pipe to it; started at the first call, and anew after it was lost. `program`: the module
+    that runs there and calls `isolated.main`. `warm_up`: a function and its arguments, called first in every new
+    process, without limits."""
 
-    def __init__(self) -> None:
+    def __init__(self, program: str = "meshshard_prep.isolated") -> None:
+        self.program = program
         self.warm_up: tuple[Callable[..., None], tuple[Any, ...]] | None = None
         self._process: subprocess.Popen[bytes] | None = None
 
     def call(self, function: Callable[..., Result], *arguments: Any, limits: Limits) -> Result:
         """`function(*arguments)` over there. `function` is a module's own, arguments and result are pickled.
 
-        Errors of meshshard's are raised here too. Lost: the process crashed, took too long, too much memory, or the
-        function raised anything else. UsageError: no process can be started, or it cannot warm up.
+        Errors of meshshard's are raised here too. Lost: the process, or one that it called, crashed, took too long,
+        too much memory, or the function raised anything else. UsageError: no process can be started, or it cannot
+        warm up.
         """
         if self._process is None:
             self._start()
@@ -80,6 +74,8 @@ class Isolated:
             return value
         if kind == "refusal":
             raise value
+        if kind == "lost":
+            raise Lost(*value)
         if kind == "memory":
             self.stop()  # what it still holds is not known
             raise Lost("memory-limit", f"it needs more memory than allowed; {value or 'an allocation failed'}")
@@ -119,7 +115,7 @@ class Isolated:
             "MKL_NUM_THREADS": "1",
         }
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "meshshard_prep.isolated", str(inner.fileno()), str(os.getpid())],
+            [sys.executable, "-P", "-m", self.program, str(inner.fileno()), str(os.getpid())],
             pass_fds=[inner.fileno()],
             stdin=subprocess.DEVNULL,
             stdout=self._stderr,
@@ -168,11 +164,9 @@ def _end(process: subprocess.Popen[bytes], link: Connection, stderr: IO[bytes]) 
 _of_thread = threading.local()
 
 
-def isolated(warm_up: Callable[..., None], *arguments: Any) -> Isolated:
-    """The process of the calling thread, kept from call to call; it ends with the thread. A process that starts
-    makes the call `warm_up(*arguments)` first, without limits."""
-    if not hasattr(_of_thread, "isolated"):
-        _of_thread.isolated = Isolated()
-    process: Isolated = _of_thread.isolated
+def isolated(warm_up: Callable[..., None], *arguments: Any, program: str = "meshshard_prep.isolated") -> Isolated:
+    """The process of the calling thread that runs a program, kept from call to call; it ends with the thread. A
+    process that starts makes the call `warm_up(*arguments)` first, without limits."""
+    process: Isolated = vars(_of_thread).setdefault(program, Isolated(program))
     process.warm_up = warm_up, arguments
     return process

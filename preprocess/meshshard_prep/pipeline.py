@@ -30,6 +30,7 @@ from meshshard_prep.features.spectrum import Spectrum, lowest_eigenpairs
 from meshshard_prep.formats import parse_mesh
 from meshshard_prep.labels import Labels, read_labels
 from meshshard_prep.mesh import RawMesh
+from meshshard_prep.prepare.steps import prepare
 
 MOST_FACES_AT_EDGE = 1000
 """More than any surface has; then the Laplacian of a face takes 30 microseconds at most."""
@@ -69,12 +70,15 @@ def compute_sample(
 def features_of(
     raw: RawMesh, recipe: Recipe, labels: Labels | None = None, *, place: str = "", mesh_label: int = -1
 ) -> Sample:
-    """Clean a mesh, compute the features of its working copy, and bring them back to every vertex of the file."""
+    """Prepare a mesh as the recipe says, clean it, compute the features of its working copy, and bring them back to
+    every vertex of the prepared mesh: of the file, where the recipe has no steps. Labels are those of the file."""
+    prepared = prepare(raw, labels, recipe, place=place)
+    raw, labels = prepared.mesh, prepared.labels
     mesh = clean(raw.vertices, raw.faces, weld=recipe.weld, place=place)
     edges = edges_of(mesh.faces)
     _check_crowding(edges, place)
     components, component_of = components_of(edges, len(mesh.vertices))
-    counts = dict.fromkeys(DIAGNOSTICS, 0) | counts_of(mesh, edges)
+    counts = dict.fromkeys(DIAGNOSTICS, 0) | prepared.counts | counts_of(mesh, edges)
     counts |= {"components": components, "unlabelled": _unlabelled(labels)}
     try:
         # One thread: the last bits of BLAS's results depend on how many there are, and workers share the cores.
@@ -105,6 +109,7 @@ def features_of(
         vertex_labels=labels.vertices if labels else None,
         label_rule=labels.rule if labels else "",
         polygons=raw.polygons,
+        vertex_source=None if prepared.vertex_source is None else prepared.vertex_source.astype(np.int32),
         label_domain=labels.domain if labels else "mesh" if mesh_label >= 0 else "",
         mesh_label=mesh_label,
         times=np.array(recipe.times),

@@ -68,7 +68,7 @@ def run(
         packer = Packer(out, plan, recipe, dataset.classes)
         todo = [plan.jobs[name] for name in plan.todo]
         mesh_seconds = 0.0
-        with common_ground(out) as ground:
+        with common_ground(out, recipe) as ground:
             task = Task(out=out.resolve(), recipe=recipe, limits=limits, compute=compute, ground=ground)
             outcomes = _map(task, todo, engine or partial(on_this_machine, workers=jobs))
             for done, outcome in enumerate(outcomes, start=1):

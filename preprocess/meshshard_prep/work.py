@@ -15,8 +15,9 @@ from meshshard.recipe import Recipe
 from meshshard.sample import Sample
 from meshshard_prep import staging
 from meshshard_prep.ground import Ground, check_ground
-from meshshard_prep.isolation import Limits, Lost, isolated
+from meshshard_prep.isolation import Limits, isolated
 from meshshard_prep.jobs import Job, key_of, read_entry, rejection
+from meshshard_prep.lost import Lost
 
 TETRAHEDRON = np.eye(4, 3), np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
@@ -98,6 +99,9 @@ def warm_up(recipe: Recipe) -> None:
     """Load, and where needed compile, what meshes of a recipe need, so that no mesh's time limit pays for it.
     UsageError: the recipe suits no mesh."""
     from meshshard_prep.pipeline import compute_features
+    from meshshard_prep.prepare import simplify
 
+    if recipe.simplify:
+        simplify.warm_up()
     with contextlib.suppress(InvalidMesh):  # too coarse for this recipe, perhaps; everything is loaded
         compute_features(*TETRAHEDRON, recipe)

@@ -13,8 +13,8 @@ from meshshard.errors import MeshshardError
 
 VERBS = (
     "datasets",
-    "fetch",
     "scan",
+    "fetch",
     "features",
     "doctor",
     "info",
@@ -44,6 +44,7 @@ EXTRAS = {
         "pooch",
         "requests",
     ),
+    "simplify": ("pymeshlab",),
     "bench": ("potpourri3d",),
     "distributed": ("dask", "distributed", "ray"),
     "remote": ("fsspec", "s3fs"),

@@ -137,6 +137,8 @@ def _checked(attributes: dict[str, Any], columns: dict[str, np.ndarray]) -> _Con
     if columns["times"].tolist() != list(recipe.times):
         raise InvalidShard(f"'times' is {columns['times'].tolist()}, its recipe says {list(recipe.times)}")
     _check_numbers(columns, len(classes))
+    if recipe.changes_mesh and "vertex_source" not in columns:
+        raise InvalidShard("'vertex_source' is missing, and the recipe has steps or simplify")
     columns |= {field.name: _decoded(columns[field.name], field.name) for field in FIELDS if field.dtype == "str"}
     if any(first >= second for first, second in pairwise(columns["id"].tolist())):
         raise InvalidShard("its meshes are not sorted by 'id', each once")
@@ -209,6 +211,12 @@ def _check_numbers(columns: dict[str, np.ndarray], classes: int) -> None:
         largest = np.maximum.reduceat(columns[name].ravel(), corners)  # of each mesh
         if columns[name].min(initial=0) < least or (largest >= limits[with_faces]).any():
             raise InvalidShard(f"{name!r} has an index outside its mesh")
+    polygons = columns["polygons"][with_faces]
+    largest = np.maximum.reduceat(columns["face_source"], columns["face_ptr"][with_faces])
+    if columns["face_source"].min(initial=0) < 0 or (largest >= polygons).any():
+        raise InvalidShard("'face_source' has a polygon that the mesh file does not have")
+    if "vertex_source" in columns and columns["vertex_source"].min(initial=0) < 0:
+        raise InvalidShard("'vertex_source' has a negative number")
     matched = columns.get("correspondence")
     if matched is not None and not ((matched >= -1) & (matched < vertices[:, None])).all():
         raise InvalidShard("'correspondence' has an index outside its mesh")

@@ -70,6 +70,11 @@ class Recipe:
         if not 0 < self.hks_tolerance < 1:
             raise UsageError(f"recipe {self.name}: hks_tolerance is between 0 and 1, not {self.hks_tolerance}")
 
+    @property
+    def changes_mesh(self) -> bool:
+        """Whether the mesh that is stored is another than that of the file."""
+        return bool(self.steps or self.simplify)
+
     def to_json(self) -> str:
         """One canonical line: sorted keys, no spaces, shortest floats that read back the same."""
         return json.dumps(asdict(self), sort_keys=True, separators=(",", ":"))

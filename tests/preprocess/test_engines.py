@@ -156,7 +156,7 @@ def test_a_worker_that_differs_from_the_run_ends_it_with_the_reason(dask, alone,
             return engine(replace(task, ground=ground), jobs)
 
         def older(task, jobs, engine=engine):
-            ground = replace(task.ground, versions=("0.0.1", *task.ground.versions[1:]))
+            ground = replace(task.ground, versions=(("meshshard", "0.0.1"), *task.ground.versions[1:]))
             return engine(replace(task, ground=ground), jobs)
 
         with pytest.raises(

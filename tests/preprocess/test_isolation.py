@@ -15,7 +15,8 @@ from meshshard.errors import FAILURES
 from meshshard.recipe import RECIPES
 from meshshard.verify import verify
 from meshshard_prep.datasets import read_dataset
-from meshshard_prep.isolation import Isolated, Limits, Lost
+from meshshard_prep.isolation import Isolated, Limits
+from meshshard_prep.lost import Lost
 from meshshard_prep.run import run
 
 PAPER = RECIPES["paper"]

@@ -18,7 +18,8 @@ from meshshard.recipe import RECIPES
 from meshshard.verify import verify
 from meshshard_prep import pack, staging, status
 from meshshard_prep.datasets import read_dataset
-from meshshard_prep.isolation import Isolated, Limits, Lost
+from meshshard_prep.isolation import Isolated, Limits
+from meshshard_prep.lost import Lost
 from meshshard_prep.run import run
 
 PAPER = RECIPES["paper"]

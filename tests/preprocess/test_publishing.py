@@ -13,7 +13,8 @@ from meshshard.index import INDEX_NAME, read_index
 from meshshard.recipe import RECIPES
 from meshshard_prep import pack
 from meshshard_prep.datasets import read_dataset
-from meshshard_prep.isolation import Isolated, Limits, Lost
+from meshshard_prep.isolation import Isolated, Limits
+from meshshard_prep.lost import Lost
 from meshshard_prep.run import run
 
 PAPER = RECIPES["paper"]

@@ -170,6 +170,13 @@ def put(name, place, value):
         (put("faces", (3, 1), -1), "'faces' has an index outside its mesh"),
         (put("face_adjacency", (3, 1), 8), "'face_adjacency' has an index outside its mesh"),
         (put("face_adjacency", (3, 1), -2), "'face_adjacency' has an index outside its mesh"),
+        (put("face_source", 7, 8), "'face_source' has a polygon that the mesh file does not have"),
+        (put("face_source", 7, -1), "'face_source' has a polygon that the mesh file does not have"),
+        (lambda f: f.create_dataset("vertex_source", data=np.full(90, -1, "<i4")), "'vertex_source' has a negative"),
+        (
+            lambda f: f.attrs.__setitem__("recipe", np.bytes_(replace(PAPER, steps=("weld",)).to_json())),
+            "'vertex_source' is missing, and the recipe has steps",
+        ),
         (put("face_labels", 5, 3), r"'face_labels' has a label outside -1\.\.2"),
         (put("mesh_label", 0, -2), r"'mesh_label' has a label outside -1\.\.2"),
         (put("scale", 0, np.nan), "'scale' has a number that is not finite"),

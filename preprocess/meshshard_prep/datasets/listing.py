@@ -11,7 +11,8 @@ WIDTH, INDENT = 118, 24
 
 
 def as_table(adapters: list[Adapter]) -> dict[str, dict[str, Any]]:
-    """Name -> what is known. `expected`: meshes of each split, or `meshes` where none is shipped, and `classes`."""
+    """Name -> what is known. `expected`: meshes of each split, or `meshes` where none is shipped, and `classes`;
+    `fetch`: whether `meshshard fetch` knows where it is."""
     return {
         adapter.name: {
             "task": adapter.task,
@@ -21,6 +22,7 @@ def as_table(adapters: list[Adapter]) -> dict[str, dict[str, Any]]:
             "citation": adapter.citation,
             "origin": adapter.origin,
             "folder": f"data/raw/{adapter.folder or adapter.name}",
+            "fetch": source_of(adapter) is not None,
             "page": f"docs/datasets/{adapter.page}.md",
         }
         for adapter in adapters
@@ -39,7 +41,9 @@ def as_text(adapters: list[Adapter]) -> str:
             if source_of(same[0]):
                 lines.append(_wrapped(f"fetch: meshshard fetch {same[0].name}"))
             lines += [_wrapped(f"from: {same[0].origin}"), _wrapped(f"licence: {same[0].licence}")]
-            lines += [_wrapped(f"cite: {same[0].citation}"), ""]
+            lines += [_wrapped(f"cite: {same[0].citation}")]
+            lines += [_wrapped(f"meshshard fetch {same[0].name}")] if source_of(same[0]) else []
+            lines += [""]
     return "\n".join(lines).rstrip()
 
 

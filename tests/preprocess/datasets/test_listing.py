@@ -32,6 +32,12 @@ def test_every_name_is_listed_once_below_its_task():
     assert sorted(found) == sorted((name, adapter.task) for name, adapter in ADAPTERS.items())
 
 
+def test_it_says_what_can_be_fetched():
+    text = as_text([ADAPTERS["shrec11_dense_split10"], ADAPTERS["minicoseg"]])
+    assert "meshshard fetch shrec11_dense_split10" in text
+    assert "meshshard fetch minicoseg" not in text
+
+
 def test_what_comes_from_one_place_has_one_licence():
     assert as_text([ADAPTERS["shrec11_split16"], ADAPTERS["shrec11_split10"]]).count("licence: ") == 1
     assert as_text([ADAPTERS["shrec_16"], ADAPTERS["cubes"]]).count("licence: ") == 2
@@ -50,5 +56,6 @@ def test_json_has_the_published_counts():
         "citation": "",
         "origin": "the shrec_16 archive that MeshCNN's scripts/shrec/get_data.sh loads",
         "folder": "data/raw/shrec_16",
+        "fetch": True,
         "page": "docs/datasets/shrec11.md",
     }

@@ -51,7 +51,7 @@ def test_other_counts_are_refused_with_both_numbers(count):
 def test_a_count_that_fits_twice_is_refused():
     vertices = np.zeros((3, 3))
     mesh = raw(vertices, np.array([[0, 1, 2]]))
-    with pytest.raises(InvalidMesh, match=r"label_domain in the data set's TOML"):
+    with pytest.raises(InvalidMesh, match=r"labels.domain in the data set's TOML"):
         labels_of(mesh, np.zeros(3, dtype=int), ALL, "")
 
 

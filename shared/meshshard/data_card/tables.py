@@ -61,7 +61,8 @@ def print_tables(tables: Iterable[Table]) -> None:
 
 
 def _facts(card: dict[str, Any]) -> Table:
-    labels = [f"of {domain}s in {count} meshes" for domain, count in card["label_domains"].items()]
+    plural = {"face": "faces", "edge": "edges", "vertex": "vertices", "mesh": "the whole mesh"}
+    labels = [f"of {plural[domain]} in {count} meshes" for domain, count in card["label_domains"].items()]
     rows = [
         ("task", card["task"]),
         ("meshes", f"{card['meshes']:,}"),

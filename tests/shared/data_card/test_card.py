@@ -83,6 +83,7 @@ def test_classification_counts_meshes(tmp_path):
     card = card_of(folder)
     assert card["labelled"] == {"meshes": 4}
     assert card["label_domains"] == {"mesh": 4}
+    assert ("labels", "of the whole mesh in 4 meshes") in tables(card)["facts"].rows
     assert [row["count"] for row in card["splits"]["train"]["classes"]] == [2, 0, 1]
     assert {row["area_share"] for row in card["all"]["classes"]} == {None}
     assert (card["all"]["unlabelled"], card["splits"]["test"]["missing"]) == (1, ["low", "middle", "high"])

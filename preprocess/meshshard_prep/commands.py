@@ -31,12 +31,12 @@ def datasets(as_json: AsJson = False) -> None:
 
 Raw = Annotated[
     Path | None,
-    typer.Option(help="Folder or URL of the raw files [default: data/raw/NAME].", parser=to_path, metavar="DIR"),
+    typer.Option(help="Folder or URL of the raw files (default: data/raw/NAME).", parser=to_path, metavar="DIR"),
 ]
 Out = Annotated[
     Path | None,
     typer.Option(
-        help="Folder of the shards [default: data/features/NAME/RECIPE].", parser=local_folder, metavar="DIR"
+        help="Folder of the shards (default: data/features/NAME/RECIPE).", parser=local_folder, metavar="DIR"
     ),
 ]
 RecipeName = Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")]

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from meshshard.errors import InvalidMesh
+from meshshard_prep.counts import Counts
 from meshshard_prep.datasets.layout import DOMAINS, Entry
 from meshshard_prep.labels import FORMS, UNLABELLED, Written
 from meshshard_prep.labels.forms import offered
-from meshshard_prep.scan.counts import Counts
 from meshshard_prep.scan.names import Pattern
 
 SAMPLE = 8

@@ -111,7 +111,7 @@ def look(root: Path, told: Told) -> Findings:
         lonely=lonely,
         folders=class_folders(entries),
         lists=find_lists(root, left, Names(entries)),
-        others=dict(Counter(PurePosixPath(other).suffix.lower() for other in left if other not in lonely)),
+        others=dict(Counter(PurePosixPath(other).suffix.lower() for other in sorted({*left} - {*lonely}))),
     )
 
 

@@ -180,7 +180,9 @@ def status(
             if index.dataset in ADAPTERS:
                 raw_dataset = _raw_dataset(index.dataset, raw, no_labels, make=False)
             else:
-                raw_dataset = _raw_dataset(str(raw or index.dataset), None, no_labels, make=False)
+                described = Path(f"{index.dataset}.toml")  # as `scan` calls it
+                named = raw or (described if described.is_file() else index.dataset)
+                raw_dataset = _raw_dataset(str(named), None, no_labels, make=False)
         except UsageError as error:
             missing = f"what is stale cannot be told without the raw files; say where they are with --raw. {error}"
     else:

@@ -120,6 +120,10 @@ def features(
     engine = find_engine(backend, address, jobs)
     settings = _with_options(find_recipe(recipe), components, spectrum, step, simplify)
     raw_dataset = _raw_dataset(dataset, raw, no_labels, make=not dry_run, seed=split_seed, fold=fold)
+    if train_fraction < 1 and "train" not in raw_dataset.splits.values():
+        raise UsageError(
+            f"--train-fraction is a share of train, and {raw_dataset.name} has no such split; leave it out"
+        )
     for note in raw_dataset.notes:
         typer.echo(f"note: {note}", err=True)
     folder = out or FEATURES / raw_dataset.name / settings.name

@@ -70,6 +70,8 @@ def read_dataset(
                 tell(f"making the raw files of {name} in {root}")
             adapter.generate(root)
         if not adapter.is_complete(root):
+            if adapter.generate:
+                raise UsageError(f"the raw files of {name} are not in {root}: they are {adapter.origin}")
             then = f"Type: meshshard fetch {name}" if source_of(adapter) else "Unpack them there"
             raise UsageError(
                 f"the raw files of {name} are not in {root}. They come from {adapter.origin} ({adapter.licence}). "

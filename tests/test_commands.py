@@ -169,7 +169,7 @@ def test_a_dry_run_writes_nothing_and_status_knows_the_raw_files(world, tmp_path
         words = ["features", name, "--dry-run", "--json"]
         status, out, error = meshshard(*words, cwd=world if name == "raw" else tmp_path)
         if name == "minicoseg":  # would have to be generated first
-            assert (status, "not in data/raw/minicoseg" in error) == (2, True)
+            assert (status, "not in data/raw/minicoseg: they are made by `meshshard" in error) == (2, True)
             assert not list(tmp_path.iterdir())
             continue
         found = json.loads(out)
@@ -205,6 +205,12 @@ def test_a_refused_mesh_shows_in_the_exit_status(tmp_path):
 def test_unlabelled_data_cannot_be_trained_on(tmp_path):
     write_obj(tmp_path / "raw" / "a.obj", *sphere(1))
     assert meshshard("features", "raw", cwd=tmp_path)[0] == 0  # data/features/raw/paper
+    for option, message in (
+        (("--train-fraction", 0.1), "raw has no such split"),
+        (("--fold", 2), "raw has no folds"),
+    ):
+        status, _, error = meshshard("features", "raw", *option, cwd=tmp_path)
+        assert (status, message in " ".join(error.split())) == (2, True)
     status, _, error = meshshard("train", "raw", cwd=tmp_path)
     assert status == 2
     assert "has no labels, and training needs them" in " ".join(error.split())

@@ -13,9 +13,10 @@ import pytest
 import typer
 from samples import toy_dataset
 from shapes import box, write_labels, write_obj
+from typer.testing import CliRunner
 
 from meshshard import open_dataset
-from meshshard.cli import VERBS
+from meshshard.cli import VERBS, app
 from meshshard.data_card.card import data_card
 from meshshard.data_card.survey import survey
 from meshshard.errors import FAILURES, REFUSALS
@@ -99,6 +100,15 @@ def test_every_command_has_an_example_and_every_option_a_help():
         assert "Example" in command.help
         for parameter in command.params:
             assert parameter.help, (name, parameter.name)
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_every_help_is_shown_whole(name):
+    # in square brackets it would be taken for a style, and be left out
+    shown = CliRunner().invoke(app, [name, "--help"], env={"COLUMNS": "1000"}, color=False).output
+    shown = " ".join(shown.split())
+    for parameter in typer.main.get_command(app).get_command(None, name).params:
+        assert " ".join(parameter.help.split()) in shown, parameter.name
 
 
 def test_every_key_of_a_data_card_is_documented(tmp_path):

@@ -31,12 +31,12 @@ def datasets(as_json: AsJson = False) -> None:
 
 Raw = Annotated[
     Path | None,
-    typer.Option(help="Folder or URL of the raw files [default: data/raw/NAME].", parser=to_path, metavar="DIR"),
+    typer.Option(help="Folder or URL of the raw files (default: data/raw/NAME).", parser=to_path, metavar="DIR"),
 ]
 Out = Annotated[
     Path | None,
     typer.Option(
-        help="Folder of the shards [default: data/features/NAME/RECIPE].", parser=local_folder, metavar="DIR"
+        help="Folder of the shards (default: data/features/NAME/RECIPE).", parser=local_folder, metavar="DIR"
     ),
 ]
 RecipeName = Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")]
@@ -120,6 +120,10 @@ def features(
     engine = find_engine(backend, address, jobs)
     settings = _with_options(find_recipe(recipe), components, spectrum, step, simplify)
     raw_dataset = _raw_dataset(dataset, raw, no_labels, make=not dry_run, seed=split_seed, fold=fold)
+    if train_fraction < 1 and "train" not in raw_dataset.splits.values():
+        raise UsageError(
+            f"--train-fraction is a share of train, and {raw_dataset.name} has no such split; leave it out"
+        )
     for note in raw_dataset.notes:
         typer.echo(f"note: {note}", err=True)
     folder = out or FEATURES / raw_dataset.name / settings.name
@@ -180,7 +184,9 @@ def status(
             if index.dataset in ADAPTERS:
                 raw_dataset = _raw_dataset(index.dataset, raw, no_labels, make=False)
             else:
-                raw_dataset = _raw_dataset(str(raw or index.dataset), None, no_labels, make=False)
+                described = Path(f"{index.dataset}.toml")  # as `scan` calls it
+                named = raw or (described if described.is_file() else index.dataset)
+                raw_dataset = _raw_dataset(str(named), None, no_labels, make=False)
         except UsageError as error:
             missing = f"what is stale cannot be told without the raw files; say where they are with --raw. {error}"
     else:

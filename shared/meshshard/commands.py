@@ -116,5 +116,7 @@ def export(
     else:
         for message in report["refused"]:
             typer.echo(message)
+        if exporter.note:
+            typer.echo(f"note: {exporter.note}", err=True)
         typer.echo(f"{dataset.name}: {len(report['files'])} files, {report['bytes']} bytes -> {out}")
     raise typer.Exit(1 if report["refused"] else 0)

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+SPLITS = ("train", "val", "test")
+"""Names of splits that mean something here, in the order in which they are shown."""
+
 
 @dataclass(frozen=True)
 class Member:

@@ -70,6 +70,12 @@ def test_minus_one_is_unlabelled():
     assert parse_labels(b"-1\n4\n", {4: 0}, "").tolist() == [-1, 0]
 
 
+def test_files_that_cannot_be_read_are_left_to_the_run(tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "a").write_text("1\n")
+    assert class_table(files(tmp_path / "folder", tmp_path / "a"), (), tmp_path) == (("1",), {1: 0})
+
+
 def test_class_table_from_files(tmp_path):
     (tmp_path / "a").write_text("3\n1\n-1\n")
     (tmp_path / "b").write_text("7\nnonsense\n")

@@ -1,5 +1,6 @@
 """What `status` and `features --dry-run` say is what a run then does."""
 
+import json
 import re
 from collections import Counter
 from dataclasses import replace
@@ -13,6 +14,7 @@ from meshshard.files import lock_folder
 from meshshard.index import read_index
 from meshshard.recipe import RECIPES
 from meshshard_prep import status
+from meshshard_prep.commands import status as verb
 from meshshard_prep.datasets import read_dataset
 from meshshard_prep.estimate import estimate
 from meshshard_prep.isolation import Limits
@@ -33,6 +35,17 @@ def raw(tmp_path):
 
 def go(raw, out, recipe=PAPER, **settings):
     return run(read_dataset(str(raw)), out, recipe, jobs=1, **settings)
+
+
+def test_a_folder_of_shards_is_held_against_the_toml_file_of_its_name(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_obj(tmp_path / "bones" / "a.obj", *bumpy(0, 1))
+    write_labels(tmp_path / "bones" / "gt" / "a.seg", [0] * 32)
+    (tmp_path / "bones.toml").write_text('raw = "bones"\n[labels]\nfiles = "gt/{stem}.seg"\n')
+    run(read_dataset("bones.toml"), tmp_path / "out", PAPER, jobs=1)
+    verb("out", as_json=True)
+    plan = json.loads(capsys.readouterr().out)["plan"]
+    assert (plan["fresh"], plan["reasons"]) == (1, {})  # the folder alone would have no labels
 
 
 def test_every_reason_is_told_and_computes_what_it_says(raw, tmp_path):

@@ -1,23 +1,42 @@
-"""Label files: a line for each polygon of the mesh file, whatever was cut, dropped or reordered."""
+"""Label files of predictions follow the rule of exported ones."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from samples import sample
+import torch
+from plyfile import PlyData
+from samples import PAPER, sample, write_dataset
 
-from meshshard_train.prediction_files import write_labels
+from meshshard import open_dataset
+from meshshard.label_lines import as_lines, line_labels
+from meshshard_train.checkpoint import Checkpoint
+from meshshard_train.config import paper
+from meshshard_train.data import input_size
+from meshshard_train.model import TaskDrivenNet
+from meshshard_train.prediction_files import write_predictions
 
 
-@pytest.mark.parametrize(
-    ("face_source", "labels", "lines"),
-    [
-        ([0, 1, 2, 3], [2, 0, 1, 0], ["2", "0", "1", "0"]),
-        ([0, 0, 0, 1, 2, 2, 3], [1, 2, 2, 0, 2, 1, 0], ["2", "0", "1", "0"]),  # the commonest, the lowest of equals
-        ([1, 3], [2, 0], ["-1", "2", "-1", "0"]),  # a step left out the others
-    ],
-)
-def test_a_line_for_each_polygon(tmp_path, face_source, labels, lines):
-    rows = {"faces": sample().faces, "face_adjacency": sample().face_adjacency, "face_labels": sample().face_labels}
-    cut = {name: array[: len(labels)] for name, array in rows.items()}
-    mesh = sample(face_source=np.array(face_source, dtype="i4"), polygons=4, **cut)
-    write_labels(tmp_path / "a.seg", mesh, np.array(labels))
-    assert (tmp_path / "a.seg").read_text().splitlines() == lines
+@pytest.mark.parametrize("simplify", [0, 8])
+def test_lines_are_those_of_the_rule(tmp_path, simplify):
+    recipe = replace(PAPER, steps=("weld",), simplify=simplify)
+    source = np.arange(0, 64, 2, dtype="i4")  # every other face of the file was left out
+    mesh = sample(1, face_source=source, polygons=64, vertex_source=np.arange(18, dtype="i4"))
+    dataset = open_dataset(write_dataset(tmp_path / "shards", [mesh], [""], recipe=recipe))
+    config = paper("segmentation", precision="fp32")
+    network = TaskDrivenNet(input_size(config, len(recipe.times)), 3)
+    best = Checkpoint(
+        tensors={f"net.{name}": tensor for name, tensor in network.state_dict().items()},
+        config=config,
+        classes=("low", "middle", "high"),
+        recipe=recipe,
+        splits_sha256="",
+        content_sha256="",
+        state={"algorithm_version": 1},
+    )
+    (line,) = write_predictions(best, dataset, tmp_path / "out", torch.device("cpu"))
+    assert ("each line is of a face of the simplified mesh" in line) == bool(simplify)
+    labels = np.array(PlyData.read(tmp_path / "out" / "mesh001.ply")["face"]["label"])
+    written = (tmp_path / "out" / "mesh001.seg").read_bytes()
+    assert written == as_lines(line_labels(mesh, labels, recipe))
+    assert written.count(b"\n") == (32 if simplify else 64)

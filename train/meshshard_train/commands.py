@@ -29,7 +29,7 @@ Run = Annotated[Path, typer.Argument(help="Folder of a run.")]
 
 def train(
     data: Data,
-    run: Annotated[Path | None, typer.Option(help="Folder of the run [default: runs/NAME].")] = None,
+    run: Annotated[Path | None, typer.Option(help="Folder of the run (default: runs/NAME).")] = None,
     recipe: Annotated[str, typer.Option(help=f"Training recipe: {', '.join(RECIPES)}.")] = "paper",
     epochs: Annotated[int | None, typer.Option(help="Length of the schedule.")] = None,
     learning_rate: Annotated[float | None, typer.Option(help="Highest learning rate.")] = None,
@@ -90,7 +90,7 @@ def train(
 def evaluate(
     run: Run,
     split: Annotated[str, typer.Option(help="Split to evaluate.")] = "test",
-    data: Annotated[str | None, typer.Option(help="Another data set [default: the one trained on].")] = None,
+    data: Annotated[str | None, typer.Option(help="Another data set (default: the one trained on).")] = None,
     device: Device = "auto",
     as_json: AsJson = False,
 ) -> None:

@@ -58,7 +58,8 @@ def read_dataset(
 
     Folders and files may lie behind URLs, s3://bucket/folder say. A known data set is looked for in `raw`, by default
     data/raw/NAME, and made there if it can be generated, unless `make` is false; `tell` is told so. `draw` says which
-    of its splits is meant, where there are several. UsageError says where the files come from and what to type.
+    of its splits is meant, where there are several. UsageError says where the files come from and what to type, or
+    that there is no such fold.
     """
     if name in ADAPTERS:
         adapter, root = ADAPTERS[name], listed(raw or Path("data/raw") / (ADAPTERS[name].folder or name))
@@ -69,6 +70,8 @@ def read_dataset(
                 tell(f"making the raw files of {name} in {root}")
             adapter.generate(root)
         if not adapter.is_complete(root):
+            if adapter.generate:
+                raise UsageError(f"the raw files of {name} are not in {root}: they are {adapter.origin}")
             then = f"Type: meshshard fetch {name}" if source_of(adapter) else "Unpack them there"
             raise UsageError(
                 f"the raw files of {name} are not in {root}. They come from {adapter.origin} ({adapter.licence}). "
@@ -83,6 +86,7 @@ def read_dataset(
     if raw is not None:
         raise UsageError(f"--raw goes with a data set's name or a .toml file; {name!r} is neither")
     if path.exists():
+        _check_fold(name, draw, folds=False)
         return read_folder(path)
     raise UsageError(
         f"{name!r} is no known data set, and no folder, mesh or .toml file of that name was found; "
@@ -93,8 +97,17 @@ def read_dataset(
 def _known(adapter: Adapter, found: RawDataset, draw: Draw) -> RawDataset:
     """What was read, with what is known about the data set: its licence, its splits, what is missing."""
     notes = (*found.notes, *_counted(adapter, found))
+    _check_fold(adapter.name, draw, folds=bool(found.folds))
     found = replace(found, name=adapter.name, licence=adapter.licence, citation=adapter.citation, notes=notes)
     return adapter.split(found, draw) if adapter.split else found
+
+
+def _check_fold(name: str, draw: Draw, *, folds: bool) -> None:
+    if draw.fold and not folds:
+        raise UsageError(
+            f"{name} has no folds, so there is no fold {draw.fold}; leave out --fold, or say splits.folds in a .toml "
+            "file, which meshshard scan writes"
+        )
 
 
 def _counted(adapter: Adapter, found: RawDataset) -> list[str]:

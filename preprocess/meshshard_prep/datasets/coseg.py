@@ -4,10 +4,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from meshshard.errors import UsageError
+from meshshard.errors import InvalidMesh, UsageError
+from meshshard_prep.counts import counts_of
 from meshshard_prep.datasets.joined import joined
 from meshshard_prep.datasets.layout import Adapter, Entry, RawDataset
 from meshshard_prep.datasets.meshcnn import read_segmentation
+from meshshard_prep.formats import read_file
 
 PARTS = {"aliens": 4, "chairs": 3, "vases": 4}
 """Set -> how many parts its shapes have. The archive does not name them."""
@@ -34,9 +36,12 @@ def _counted(entry: Entry, parts: int) -> Entry:
     """The archive the paper used labels faces and counts from 0; MeshCNN's own labels edges and counts from 1."""
     if entry.labels is None or not entry.labels.path.is_file():
         return entry
-    faces = sum(line.startswith(b"f ") for line in entry.path.read_bytes().splitlines())
-    lines = len(entry.labels.path.read_bytes().split())
-    first, domain = (0, "face") if lines == faces else (1, "edge")
+    try:
+        mesh, labels = read_file(entry.path, entry.source), read_file(entry.labels.path, entry.labels.path.name)
+    except InvalidMesh:
+        return entry  # the run refuses it
+    of_faces = counts_of(entry.path, mesh).faces == len(labels.split())
+    first, domain = (0, "face") if of_faces else (1, "edge")
     table: dict[int | str, int] = {first + part: part for part in range(parts)}
     return replace(entry, labels=replace(entry.labels, classes=table, domains=(domain,)))
 

@@ -66,7 +66,7 @@ def _folds(root: Path) -> dict[str, int]:
             raise UsageError(
                 f"{path} is not there; the folds of IntrA are in its repository, in the folder fileSplit"
             )
-        for line in path.read_text().split():
+        for line in path.read_text(encoding="utf-8", errors="replace").split():
             found[line.rsplit("/", 1)[-1].removesuffix(".ad").removesuffix(LABELS)] = fold
     return found
 

@@ -4,12 +4,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from meshshard.splits import SPLITS
 from meshshard_prep.labels.label_file import DOMAINS, LabelFile
 
 __all__ = ["DOMAINS", "SPLITS", "Adapter", "Draw", "Entry", "LabelFile", "RawDataset", "without_labels"]
-
-SPLITS = ("train", "val", "test")
-"""Names of the folders that are splits."""
 
 
 @dataclass(frozen=True, kw_only=True)

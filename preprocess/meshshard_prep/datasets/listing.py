@@ -42,7 +42,6 @@ def as_text(adapters: list[Adapter]) -> str:
                 lines.append(_wrapped(f"fetch: meshshard fetch {same[0].name}"))
             lines += [_wrapped(f"from: {same[0].origin}"), _wrapped(f"licence: {same[0].licence}")]
             lines += [_wrapped(f"cite: {same[0].citation}")]
-            lines += [_wrapped(f"meshshard fetch {same[0].name}")] if source_of(same[0]) else []
             lines += [""]
     return "\n".join(lines).rstrip()
 

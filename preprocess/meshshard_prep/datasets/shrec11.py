@@ -62,7 +62,8 @@ def read_categories(path: Path) -> dict[str, int]:
 
     UsageError names the line: a class that SHREC11 has not, what is no number, a file that ends early.
     """
-    lines = [(n, text.split()) for n, text in enumerate(path.read_text().splitlines(), 1) if text.strip()]
+    content = path.read_text(encoding="utf-8", errors="replace")
+    lines = [(n, text.split()) for n, text in enumerate(content.splitlines(), 1) if text.strip()]
     found: dict[str, int] = {}
     label, left = -1, 0
     for number, words in lines[2:]:

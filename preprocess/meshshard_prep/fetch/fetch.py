@@ -98,7 +98,7 @@ def _load(name: str, source: Source, archive: Archive, given: Sequence[Path], wo
     try:
         return load(archive, work, tell)
     except NotLoaded as error:
-        if not (work / f"{archive.file}{PART}").exists():
+        if not any((work / f"{each.file}{end}").exists() for each in source.archives for end in ("", PART)):
             shutil.rmtree(work)
         raise UsageError(
             f"{error}. Try again later; or open {source.page}, download the archive with a browser, save it as "

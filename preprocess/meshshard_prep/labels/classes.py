@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from meshshard.errors import InvalidMesh, UsageError
+from meshshard_prep.formats import read_file
 from meshshard_prep.labels.forms import FORMS
 from meshshard_prep.labels.label_file import LabelFile
 from meshshard_prep.labels.written import UNLABELLED, in_order
@@ -25,7 +26,7 @@ def class_table(
     values: set[int | str] = set()
     for file in files:
         with contextlib.suppress(InvalidMesh):
-            values.update(FORMS[file.form](file.path.read_bytes(), file.name, file.path.name).values)
+            values.update(FORMS[file.form](read_file(file.path, file.path.name), file.name, file.path.name).values)
     values -= {UNLABELLED, ""}
     values = {value for value in values if isinstance(value, int)} or values
     if len(values) > MOST_CLASSES:

@@ -3,6 +3,8 @@
 import numpy as np
 from jaxtyping import Int, Int64
 
+from meshshard.label_lines import most_common
+
 EDGES_TO_FACES = "face: the label of two of its three edges; else unlabelled"
 VERTICES_TO_FACES = "face: the label of two of its three corners; else unlabelled"
 FACES_TO_VERTICES = "vertex: the label of most of its labelled faces, the lowest of several; without one unlabelled"
@@ -15,22 +17,6 @@ def two_of_three(labels: Int[np.ndarray, "F 3"]) -> Int64[np.ndarray, " F"]:
     """
     a, b, c = labels.astype(np.int64).T
     return np.where((a == b) | (a == c), a, np.where(b == c, b, -1))
-
-
-def most_common(
-    owners: Int[np.ndarray, " N"], labels: Int[np.ndarray, " N"], count: int
-) -> Int64[np.ndarray, " count"]:
-    """The label that most entries of each owner have, 0 to count - 1. Ties go to the lowest label; -1 does not count,
-    and is what an owner without any label gets."""
-    result = np.full(count, -1)
-    labelled = labels >= 0
-    span = int(labels.max(initial=0)) + 1
-    pairs, votes = np.unique(owners[labelled].astype(np.int64) * span + labels[labelled], return_counts=True)
-    owner, label = np.divmod(pairs, span)
-    order = np.lexsort((label, -votes, owner))
-    winners, first = np.unique(owner[order], return_index=True)
-    result[winners] = label[order][first]
-    return result
 
 
 def faces_to_vertices(

@@ -5,25 +5,40 @@ from jaxtyping import Int
 
 from meshshard import Dataset, InvalidMesh, Sample, UsageError
 from meshshard.export import Exporter
+from meshshard.label_lines import SIMPLIFIED, as_lines, line_labels
+from meshshard.recipe import Recipe
 from meshshard_prep.features.edges import edges_of
-from meshshard_prep.labels.convert import faces_to_edges, most_common
+from meshshard_prep.labels.convert import faces_to_edges
 
 
 def seg(dataset: Dataset) -> Exporter:
     """The format `seg`. UsageError: the data set has no labels of faces or vertices."""
     _check(dataset)
-    return Exporter(".seg", lambda sample: _lines(labels_of_file(sample)))
+    recipe = dataset.recipe
+    note = SIMPLIFIED if recipe.simplify else ""
+    if _of_vertices(dataset) and recipe.changes_mesh:
+        note = _stored("a vertex")
+    return Exporter(".seg", lambda sample: as_lines(labels_of_file(sample, recipe)), note)
 
 
 def eseg(dataset: Dataset) -> Exporter:
     """The format `eseg`. UsageError: the data set has no labels of faces."""
     _check(dataset)
-    if len(dataset) and dataset[0].face_labels is None and dataset[0].vertex_labels is not None:
+    if _of_vertices(dataset):
         raise UsageError(
             f"{dataset.folder} has labels of vertices, and those of edges are made from labels of faces; "
             "try --to seg, which writes a line for each vertex"
         )
-    return Exporter(".eseg", lambda sample: _lines(labels_of_edges(sample)))
+    note = _stored("an edge") if dataset.recipe.changes_mesh else ""
+    return Exporter(".eseg", lambda sample: as_lines(labels_of_edges(sample)), note)
+
+
+def _of_vertices(dataset: Dataset) -> bool:
+    return len(dataset) > 0 and dataset[0].face_labels is None and dataset[0].vertex_labels is not None
+
+
+def _stored(what: str) -> str:
+    return f"each line is of {what} of the stored mesh, which the recipe changed, not of the mesh file"
 
 
 def _check(dataset: Dataset) -> None:
@@ -31,19 +46,14 @@ def _check(dataset: Dataset) -> None:
         raise UsageError(f"{dataset.folder} has no labels of faces or vertices, which is all that these files hold")
 
 
-def labels_of_file(sample: Sample) -> Int[np.ndarray, " L"]:
-    """Class index of each face of the mesh file, in its order; or of each vertex, where vertices are labelled.
-
-    A polygon has the label that most of its triangles have, the lowest of several. Of a mesh that the recipe changed
-    (`vertex_source` is there), of each stored triangle or vertex. -1 is unlabelled. InvalidMesh: no labels.
-    """
+def labels_of_file(sample: Sample, recipe: Recipe) -> Int[np.ndarray, " L"]:
+    """Class index of each face by the rule of `line_labels`; or of each stored vertex, where vertices are labelled.
+    -1 is unlabelled. InvalidMesh: no labels."""
     if sample.face_labels is None:
         if sample.vertex_labels is None:
             raise _without(sample, "faces or vertices")
         return sample.vertex_labels
-    if sample.vertex_source is not None:
-        return sample.face_labels
-    return most_common(sample.face_source, sample.face_labels, sample.polygons)
+    return line_labels(sample, sample.face_labels, recipe)
 
 
 def labels_of_edges(sample: Sample) -> Int[np.ndarray, " E"]:
@@ -71,7 +81,3 @@ def _without(sample: Sample, what: str) -> InvalidMesh:
     return InvalidMesh(
         "no-labels", rule, "this mesh has none", place=sample.id, advice="take it out with --split or --id"
     )
-
-
-def _lines(labels: Int[np.ndarray, " L"]) -> bytes:
-    return "".join(f"{label}\n" for label in labels.tolist()).encode()

@@ -13,11 +13,11 @@ from meshshard.plain import to_json
 def generate(
     folder: Annotated[Path, typer.Argument(help="Where the meshes go: an empty folder, or an unfinished one.")],
     family: Annotated[
-        list[str] | None, typer.Option(help="chair, vase or alien; may be given several times [default: all].")
+        list[str] | None, typer.Option(help="chair, vase or alien; may be given several times (default: all).")
     ] = None,
     count: Annotated[int, typer.Option(help="Meshes in all; the families take turns.", min=1)] = 300,
     faces: Annotated[
-        int | None, typer.Option(help="About how many each has, 200 to 100000 [default: 700 to 1400, drawn].")
+        int | None, typer.Option(help="About how many each has, 200 to 100000 (default: 700 to 1400, drawn).")
     ] = None,
     seed: Annotated[int, typer.Option(help="Everything random comes from it.", min=0)] = 0,
     holes: Annotated[bool, typer.Option("--holes", help="Damage meshes: an open border or a hole.")] = False,
@@ -26,7 +26,7 @@ def generate(
     ] = False,
     pieces: Annotated[bool, typer.Option("--pieces", help="Damage meshes: several closed pieces.")] = False,
     damaged: Annotated[
-        float | None, typer.Option(help="Share that is damaged so, the kinds in turn [default: 1].")
+        float | None, typer.Option(help="Share that is damaged so, the kinds in turn (default: 1).")
     ] = None,
     jobs: Annotated[int, typer.Option(help="Processes; -1 for one a core.")] = -1,
     as_json: AsJson = False,

@@ -15,9 +15,9 @@ def scan(
     folder: Annotated[Path, typer.Argument(help="Folder or URL of meshes and what belongs to them.", parser=to_path)],
     out: Annotated[
         Path | None,
-        typer.Option(help="The TOML file to write [default: NAME.toml].", parser=local_folder, metavar="FILE"),
+        typer.Option(help="The TOML file to write (default: NAME.toml).", parser=local_folder, metavar="FILE"),
     ] = None,
-    name: Annotated[str, typer.Option(help="Name of the data set [default: the folder's].")] = "",
+    name: Annotated[str, typer.Option(help="Name of the data set (default: the folder's).")] = "",
     force: Annotated[bool, typer.Option("--force", help="Write over a file that is there.")] = False,
     as_json: AsJson = False,
 ) -> None:

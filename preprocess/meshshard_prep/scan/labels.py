@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from meshshard.errors import InvalidMesh
+from meshshard_prep.counts import Counts
 from meshshard_prep.datasets.layout import DOMAINS, Entry
 from meshshard_prep.labels import FORMS, UNLABELLED, Written
 from meshshard_prep.labels.forms import offered
-from meshshard_prep.scan.counts import Counts
 from meshshard_prep.scan.names import Pattern
 
 SAMPLE = 8
@@ -125,7 +125,8 @@ def _labelling(
     most = total // 10 if len(distinct) > MOST_DISTINCT else total // 2
     if not of or (len(distinct) > most and not _few_numbers(distinct)):
         return None
-    missing = tuple(mesh for mesh in counts if mesh not in set(meshes))
+    there = set(meshes)
+    missing = tuple(mesh for mesh in counts if mesh not in there)
     return Labelling(pattern=pattern, form=form, name=name, fits=fits, of=of, odd=tuple(odd), missing=missing)
 
 

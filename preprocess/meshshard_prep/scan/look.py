@@ -8,12 +8,12 @@ from pathlib import Path, PurePosixPath
 
 from meshshard.errors import InvalidMesh, UsageError
 from meshshard.remote import listed
+from meshshard_prep.counts import Counts, counts_of
 from meshshard_prep.datasets.folder import mesh_entries
 from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.datasets.own.labels import filled_in
 from meshshard_prep.datasets.own.names import Names
 from meshshard_prep.formats import read_file
-from meshshard_prep.scan.counts import Counts, counts_of
 from meshshard_prep.scan.folders import ClassFolders, class_folders, sets_of
 from meshshard_prep.scan.known import known_as
 from meshshard_prep.scan.labels import Labelling, labels_in_files, labels_in_meshes
@@ -111,7 +111,7 @@ def look(root: Path, told: Told) -> Findings:
         lonely=lonely,
         folders=class_folders(entries),
         lists=find_lists(root, left, Names(entries)),
-        others=dict(Counter(PurePosixPath(other).suffix.lower() for other in left if other not in lonely)),
+        others=dict(Counter(PurePosixPath(other).suffix.lower() for other in sorted({*left} - {*lonely}))),
     )
 
 

@@ -8,8 +8,7 @@ from jaxtyping import Bool, Float64, Int64
 
 from meshshard.dataset import Dataset
 from meshshard.sample import DIAGNOSTICS, Sample
-
-SPLITS = ("train", "val", "test")
+from meshshard.splits import SPLITS
 
 
 @dataclass(frozen=True, kw_only=True)

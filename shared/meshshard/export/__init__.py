@@ -13,7 +13,8 @@ from meshshard.sample import Sample
 @dataclass(frozen=True)
 class Exporter:
     """How the meshes of a data set are written: `suffix` of the files, and the bytes of one of them. `encode` raises
-    InvalidMesh for a mesh that the format cannot hold."""
+    InvalidMesh for a mesh that the format cannot hold. `note`: a sentence for whoever uses the files, or empty."""
 
     suffix: str
     encode: Callable[[Sample], bytes]
+    note: str = ""

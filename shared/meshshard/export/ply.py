@@ -1,6 +1,6 @@
 """A coloured binary PLY for each mesh, where its file had it: by class, or by a feature of its vertices."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -31,24 +31,24 @@ def exporter(dataset: Dataset, colour: str | None = None) -> Exporter:
             f"{dataset.folder} has no labels of faces or vertices; try --colour dihedral or --colour hks:0"
         )
     if chosen == LABEL:
-        return Exporter(".ply", labelled)
+        return Exporter(".ply", lambda sample: labelled(sample, dataset.index.colours))
     if len(dataset):
         feature_of(dataset[0], chosen)
     return Exporter(".ply", lambda sample: by_feature(sample, chosen))
 
 
-def labelled(sample: Sample) -> bytes:
-    """Coloured by the class of faces, or of vertices where those are labelled; -1 in `label` is unlabelled."""
+def labelled(sample: Sample, colours: Sequence[str] = ()) -> bytes:
+    """Coloured by the class of faces, or of vertices where those are labelled; -1 in `label` is unlabelled.
+    `colours`: hexadecimal, of a data set that has its own."""
     if sample.face_labels is None and sample.vertex_labels is not None:
-        return ply_bytes(sample, vertex=_of_classes(sample.vertex_labels))
-    return labelled_faces(
-        sample, np.full(len(sample.faces), -1) if sample.face_labels is None else sample.face_labels
-    )
+        return ply_bytes(sample, vertex=_of_classes(sample.vertex_labels, colours))
+    labels = np.full(len(sample.faces), -1) if sample.face_labels is None else sample.face_labels
+    return labelled_faces(sample, labels, colours)
 
 
-def labelled_faces(sample: Sample, labels: Int[np.ndarray, " F"]) -> bytes:
-    """Faces coloured by these classes, with the class as the property `label`."""
-    return ply_bytes(sample, face=_of_classes(labels))
+def labelled_faces(sample: Sample, labels: Int[np.ndarray, " F"], colours: Sequence[str] = ()) -> bytes:
+    """Faces coloured by these classes, with the class as the property `label`. `colours`: as for `labelled`."""
+    return ply_bytes(sample, face=_of_classes(labels, colours))
 
 
 def by_feature(sample: Sample, name: str) -> bytes:
@@ -103,8 +103,8 @@ def _properties(records: np.ndarray) -> list[str]:
     return [f"property {TYPES[records.dtype[name].base.str[1:]]} {name}" for name in records.dtype.names or ()]
 
 
-def _of_classes(labels: Int[np.ndarray, " n"]) -> dict[str, np.ndarray]:
-    return _rgb(colours_of(labels)) | {"label": labels.astype("<i2")}
+def _of_classes(labels: Int[np.ndarray, " n"], colours: Sequence[str]) -> dict[str, np.ndarray]:
+    return _rgb(colours_of(labels, colours)) | {"label": labels.astype("<i2")}
 
 
 def _rgb(colours: np.ndarray) -> dict[str, np.ndarray]:

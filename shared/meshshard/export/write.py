@@ -19,7 +19,7 @@ def write_export(
     dataset: Dataset, numbers: Sequence[int], form: str, exporter: Exporter, out: Path
 ) -> dict[str, Any]:
     """Write a file for each of these samples, named after its id, and then export.json. Returns what that holds:
-    the `files`, their `bytes` together, and why meshes were `refused`.
+    the `files`, their `bytes` together, why meshes were `refused`, and the exporter's `note`, if any.
 
     A folder that holds an export of the same data set in the same format is brought up to date: files that it listed
     and that are not written again go. UsageError where `out` holds anything else.
@@ -44,6 +44,7 @@ def write_export(
         for name in set(before) - set(written):
             (out / name).unlink(missing_ok=True)
         report = owner | {"files": sorted(written), "bytes": sum(written.values()), "refused": refused}
+        report |= {"note": exporter.note} if exporter.note else {}
         publish(out / LIST_NAME, to_json(report).encode() + b"\n")
     return report
 

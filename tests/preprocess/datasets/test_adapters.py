@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import pytest
-from shapes import box, sphere, write_labels, write_obj
+from shapes import box, sphere, write_labels, write_obj, write_off, write_ply
 
 from meshshard.errors import UsageError
 from meshshard.index import TASKS
 from meshshard.recipe import RECIPES
-from meshshard_prep.datasets import ADAPTERS, read_dataset
+from meshshard_prep.datasets import ADAPTERS, Draw, read_dataset
 from meshshard_prep.datasets.coseg import PARTS
 from meshshard_prep.datasets.human_seg import group_of
 from meshshard_prep.run import run
@@ -64,6 +64,16 @@ def test_coseg_set(tmp_path, first):
         assert dataset.entries[0].labels.domains == (("face",) if first == 0 else ("edge",))
 
 
+@pytest.mark.parametrize(("first", "domain", "count"), [(0, "face", 12), (1, "edge", 18)])
+@pytest.mark.parametrize("write", [write_ply, write_off])
+def test_coseg_meshes_may_be_of_any_format(tmp_path, write, first, domain, count):
+    root = tmp_path / "coseg_chairs"
+    write((root / "train" / "1").with_suffix(f".{write.__name__[-3:]}"), *box())
+    write_labels(root / "seg" / "1.eseg", [first + number % 3 for number in range(count)])
+    (labels,) = [entry.labels for entry in read_dataset("coseg_chairs", tmp_path).entries]
+    assert (labels.domains, labels.classes) == ((domain,), {first + part: part for part in range(3)})
+
+
 def test_coseg_is_all_three_sets(tmp_path):
     for shape, parts in PARTS.items():
         segmentation_folder(tmp_path / f"coseg_{shape}", {"train/1": box(), "test/2": box()}, [0, parts - 1] * 6)
@@ -91,6 +101,14 @@ def test_classification_layout(tmp_path):
         ("cat/train/T2", "train", 1),
         ("cat/test/T1", "test", 1),
     ]
+
+
+@pytest.mark.parametrize("name", ["cubes", "."])
+def test_a_fold_where_there_are_none_is_refused(tmp_path, monkeypatch, name):
+    write_obj(tmp_path / "data/raw/cubes/cat/train/1.obj", *box())
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError, match="has no folds, so there is no fold 2; leave out --fold"):
+        read_dataset(name, draw=Draw(fold=2))
 
 
 def test_plain_folder(tmp_path):

@@ -1,5 +1,6 @@
 """IntrA: labels in the last column, the boundary counts as aneurysm, official folds."""
 
+import shutil
 from collections import Counter
 
 import pytest
@@ -51,6 +52,14 @@ def test_the_whole_of_it(intra):
     assert (dataset.classes, len(dataset.entries)) == (("vessel", "aneurysm"), 116)
     groups = {entry.id: entry.group for entry in dataset.entries}
     assert (groups["AN5-2"], groups["AN7"]) == ("AN5", "AN7")
+
+
+def test_a_fold_that_is_no_text_names_no_mesh(intra, tmp_path):
+    shutil.copytree(intra, tmp_path / "intra")
+    (tmp_path / "intra" / "fileSplit" / "seg" / "annSplit_0.txt").write_bytes(b"\xff\xfe")
+    dataset = read_dataset("intra", tmp_path / "intra")
+    assert len(dataset.entries) == 116 - FOLD_SIZES[0]
+    assert any("is in no fold" in note for note in dataset.notes)
 
 
 @pytest.mark.parametrize("fold", range(5))

@@ -134,6 +134,13 @@ def test_mistakes_in_the_categories_are_told_with_their_line(tmp_path, text, mes
         read_dataset("shrec11_dense_split16", tmp_path)
 
 
+def test_categories_that_are_no_text_are_told(tmp_path):
+    write_off(tmp_path / "T1.off", *SHAPE)
+    (tmp_path / "categories.txt").write_bytes(b"PSB 1\n30 600\n\xff\xfe 0 1\n")
+    with pytest.raises(UsageError, match=r"categories.txt:3: a class is its name"):
+        read_dataset("shrec11_dense_split16", tmp_path)
+
+
 def test_meshes_without_categories_are_refused(tmp_path):
     write_off(tmp_path / "T1.off", *SHAPE)
     with pytest.raises(UsageError, match="not in the layout of SHREC11"):

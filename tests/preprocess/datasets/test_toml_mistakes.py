@@ -57,6 +57,15 @@ def raw(tmp_path):
         ),
         ("classes = ['a']", "1: classes has 1 names, and the label files have 2 labels: 1, 2"),
         ("classes = ['a', 'b',\n'a']", "2: classes names 'a' twice"),
+        ("classes = ['a', 'a']\n[labels]\nmesh = 'folder'", "1: classes names 'a' twice"),
+        (
+            "[labels]\nmesh = 'folder'\n[classes]\na = 'cat'\nb = ['dog', 'cat']",
+            "5: classes has the label 'cat' for 'b', and the class 'a' has it too",
+        ),
+        (
+            "[labels]\nmesh = 'folder'\n[classes.cat]\na = 1",
+            "3: classes has a table for 'cat', which labels.mesh leaves no room for",
+        ),
         ("classes = [1, 2]", "1: classes is a list of names, or a table"),
         ("[classes]\na = 1\nb = [2, 1]", "3: classes has the label 1 for 'b', and the class 'a' has it too"),
         ("[classes]\na = 1\n[labels]\nunlabelled = 1", "2: classes has the label 1 for 'a', and labels.unlabelled"),

@@ -293,6 +293,20 @@ def test_a_dead_link_says_what_to_do(run, publish):
     assert nothing_is_left()
 
 
+def test_a_dead_link_costs_no_other_archive(run, server, members, monkeypatch):
+    labels = [(name, data) for name, data in members if name.startswith("seg/")]
+    meshes = [(name, data) for name, data in members if not name.startswith("seg/")]
+    answers = {"m": [content(zip_of(meshes)), status(500)], "s": [status(404), content(zip_of(labels))]}
+    archives = tuple(
+        Archive(file=f"{name}.zip", url=server.answer(f"/{name}.zip", *answers[name]), holds=holds, into=into)
+        for name, holds, into in (("m", "train", ""), ("s", "*.eseg", "seg"))
+    )
+    monkeypatch.setitem(SOURCES, "human_seg", Source(page=PAGE, read_in="a test", archives=archives))
+    assert run("fetch", "human_seg", "--yes")[0] == 2
+    assert run("fetch", "human_seg", "--yes")[0] == 0
+    assert [path for path, _ in server.requests] == ["/m.zip", "/s.zip", "/s.zip"]
+
+
 def test_a_break_is_gone_on_with_by_the_next_call(run, publish, server, members):
     data = zip_of(members)
     publish(content(data, cut=1000), status(404))

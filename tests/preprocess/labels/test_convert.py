@@ -9,7 +9,7 @@ from polygons import POLYGONS, fans, obj_text
 from meshshard_prep.features.edges import edges_of
 from meshshard_prep.formats import parse_mesh
 from meshshard_prep.labels import labels_of
-from meshshard_prep.labels.convert import faces_to_edges, most_common, two_of_three
+from meshshard_prep.labels.convert import faces_to_edges, two_of_three
 
 TRIANGLES = [name for name in POLYGONS if name != "quads"]
 
@@ -150,10 +150,3 @@ def test_faces_to_edges_and_back(name, rng):
 def test_three_labels_give_one_where_two_agree():
     three = np.array([[1, 1, 1], [1, 1, 2], [1, 2, 1], [2, 1, 1], [0, 1, 2], [-1, -1, 1], [-1, 1, 1], [-1, 1, 2]])
     assert two_of_three(three).tolist() == [1, 1, 1, 1, -1, -1, 1, -1]
-
-
-def test_ties_go_to_the_lowest_label_and_minus_one_does_not_count():
-    owners = np.array([0, 0, 0, 0, 2, 2, 2, 3])
-    labels = np.array([5, 2, 5, 2, -1, -1, 7, -1])
-    assert most_common(owners, labels, 5).tolist() == [2, -1, 7, -1, -1]
-    assert most_common(owners[:0], labels[:0], 2).tolist() == [-1, -1]

@@ -12,6 +12,7 @@ from samples import sample, write_dataset
 from meshshard import open_dataset
 from meshshard.errors import InvalidMesh, UsageError
 from meshshard.export.formats import find_exporter
+from meshshard.export.write import write_export
 from meshshard.recipe import RECIPES
 from meshshard_prep.formats import parse_mesh
 from meshshard_prep.labels import LabelFile, Labels, read_labels
@@ -75,18 +76,48 @@ def test_a_polygon_has_the_label_of_most_of_its_triangles():
     for of_triangles, expected in (([2, 0, 2], 2), ([2, 1, 0], 0), ([-1, -1, 1], 1), ([-1, -1, -1], -1)):
         changed = found.face_labels.copy()
         changed[triangles] = of_triangles
-        assert labels_of_file(replace(found, face_labels=changed)).tolist() == [
+        assert labels_of_file(replace(found, face_labels=changed), LIGHT).tolist() == [
             expected if number == pentagon else label for number, label in enumerate(labels.tolist())
         ]
 
 
-def test_of_a_mesh_that_the_recipe_changed_the_stored_triangles_are_labelled():
-    _, _, found = stored("quads")
-    changed = replace(found, vertex_source=np.arange(len(found.vertices), dtype="i4"))
-    np.testing.assert_array_equal(labels_of_file(changed), found.face_labels)
+def test_a_step_keeps_the_lines_of_the_file_and_simplify_does_not():
+    _, labels, found = stored("quads")
+    kept = found.face_source != 2  # as if the step largest_component had left it out
+    rows = {name: getattr(found, name)[kept] for name in ("faces", "face_adjacency", "face_source", "face_labels")}
+    changed = replace(found, vertex_source=np.arange(len(found.vertices), dtype="i4"), **rows)
+    stepped = replace(LIGHT, steps=("largest_component",))
+    labels[2] = -1
+    assert labels_of_file(changed, stepped).tolist() == labels.tolist()
+    assert labels_of_file(changed, replace(stepped, simplify=4)).tolist() == rows["face_labels"].tolist()
     assert len(labels_of_edges(changed)) == len(
-        {frozenset(e) for f in found.faces.tolist() for e in zip(f, [*f[1:], f[0]], strict=True)}
+        {frozenset(e) for f in changed.faces.tolist() for e in zip(f, [*f[1:], f[0]], strict=True)}
     )
+
+
+NOTES = {
+    ("seg", "faces", "steps"): "",
+    ("seg", "faces", "simplify"): "each line is of a face of the simplified mesh, not of the mesh file",
+    ("seg", "vertices", "steps"): "each line is of a vertex of the stored mesh, which the recipe changed",
+    ("eseg", "faces", "steps"): "each line is of an edge of the stored mesh, which the recipe changed",
+    ("eseg", "faces", ""): "",
+    ("seg", "vertices", ""): "",
+}
+
+
+@pytest.mark.parametrize(("form", "labelled", "setting"), NOTES)
+def test_lines_that_are_not_of_the_mesh_file_are_said_to_be(form, labelled, setting, tmp_path):
+    change = {"steps": {"steps": ("weld",)}, "simplify": {"simplify": 8}, "": {}}[setting]
+    mesh = sample(1) if labelled == "faces" else of_vertices(1)
+    mesh = replace(mesh, vertex_source=np.arange(len(mesh.vertices), dtype="i4") if setting else None)
+    folder = write_dataset(tmp_path / "shards", [mesh], [""], recipe=replace(RECIPES["paper"], **change))
+    dataset = open_dataset(folder)
+    exporter = find_exporter(form, dataset)
+    said = NOTES[form, labelled, setting]
+    assert exporter.note.startswith(said)
+    assert bool(exporter.note) == bool(said)
+    report = write_export(dataset, [0], form, exporter, tmp_path / "out")
+    assert report.get("note", "") == exporter.note
 
 
 def test_edges_of_polygons_are_refused():

@@ -8,6 +8,7 @@ from samples import sample, toy_dataset, write_dataset
 
 from meshshard import UsageError, open_dataset
 from meshshard.export.ply import by_feature, exporter, feature_of, labelled
+from meshshard.index import read_index
 from meshshard.palette import class_colour, colours_between
 
 
@@ -40,6 +41,20 @@ def test_labels_of_vertices_colour_vertices():
     np.testing.assert_array_equal(ply["vertex"]["label"], labels)
     assert rgb(ply["vertex"])[3].tolist() == [0xBB] * 3
     assert "label" not in ply["face"].data.dtype.names
+
+
+@pytest.mark.parametrize(("element", "labels"), [("face", "face_labels"), ("vertex", "vertex_labels")])
+def test_classes_have_the_colours_of_the_data_set(tmp_path, element, labels):
+    mesh = sample(0, level=0, labels="faces" if element == "face" else None)
+    if element == "vertex":
+        mesh = replace(mesh, vertex_labels=np.array([0, 1, 2, -1, 0, 1], dtype="i2"))
+    folder = write_dataset(tmp_path, [mesh], [""])
+    replace(read_index(folder), colours=("#010203", "#040506", "#070809")).write(folder)
+    ply = read(exporter(open_dataset(folder)).encode(mesh))
+    expected = [
+        [3 * label + 1, 3 * label + 2, 3 * label + 3] if label >= 0 else [0xBB] * 3 for label in getattr(mesh, labels)
+    ]
+    assert rgb(ply[element]).tolist() == expected
 
 
 def test_a_mesh_without_labels_among_labelled_ones_is_grey():

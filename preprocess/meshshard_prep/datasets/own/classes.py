@@ -34,9 +34,7 @@ def with_classes(document: Document, entries: Sequence[Entry]) -> tuple[tuple[st
 
 def _found(document: Document, entries: Sequence[Entry], names: list[str]) -> tuple[tuple[str, ...], Table]:
     """Classes from the labels in the files, named by `names`, or as written."""
-    for place, name in enumerate(names):
-        if name in names[:place]:
-            raise document.wrong("classes", f"names {name!r} twice", place)
+    check_once(document, names)
     files = [entry.labels for entry in entries if entry.labels is not None and entry.labels.path.is_file()]
     ordered = list(class_table(files, (), document.path)[1])
     unlabelled = _unlabelled(document)
@@ -48,6 +46,13 @@ def _found(document: Document, entries: Sequence[Entry], names: list[str]) -> tu
         )
     table = {value: number for number, value in enumerate(ordered)}
     return tuple(names) or tuple(map(str, ordered)), table | unlabelled
+
+
+def check_once(document: Document, names: Sequence[str]) -> None:
+    """UsageError: a class is named twice."""
+    for place, name in enumerate(names):
+        if name in names[:place]:
+            raise document.wrong("classes", f"names {name!r} twice", place)
 
 
 def _by_label(document: Document, folder: str, table: Mapping[str, Any], number: Mapping[str, int]) -> Table:

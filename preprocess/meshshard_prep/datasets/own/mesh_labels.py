@@ -7,6 +7,7 @@ from pathlib import Path, PurePosixPath
 
 from meshshard_prep.datasets.folder import SPLIT_FOLDERS
 from meshshard_prep.datasets.layout import Entry
+from meshshard_prep.datasets.own.classes import check_once
 from meshshard_prep.datasets.own.document import Document, near
 from meshshard_prep.datasets.own.names import Names, rows_of
 
@@ -82,15 +83,21 @@ def _classes(document: Document, values: list[str]) -> tuple[tuple[str, ...], di
     """Names, and class as written -> its index."""
     names = document.get("classes", values)
     if isinstance(names, list):
+        check_once(document, names)
         if len(names) != len(values):
             raise document.wrong("classes", f"has {len(names)} names, and the classes are {', '.join(values)}")
         return tuple(names), {value: number for number, value in enumerate(values)}
-    table = {str(label): number for number, labels in enumerate(names.values()) for label in _listed(labels)}
+    table: dict[str, int] = {}
+    for number, (name, labels) in enumerate(names.items()):
+        if isinstance(labels, dict):
+            raise document.wrong("classes", f"has a table for {name!r}, which labels.mesh leaves no room for", name)
+        for label in map(str, labels if isinstance(labels, list) else [labels]):
+            if label in table:
+                other = list(names)[table[label]]
+                rule = f"has the label {label!r} for {name!r}, and the class {other!r} has it too"
+                raise document.wrong("classes", rule, name)
+            table[label] = number
     for value in values:
         if value not in table:
             raise document.wrong("classes", f"has no class {value!r}, which meshes have{near(value, table)}")
     return tuple(names), table
-
-
-def _listed(labels: object) -> list[object]:
-    return labels if isinstance(labels, list) else [labels]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from shapes import FAMILY, write_obj
 
+from meshshard_prep.counts import counts_of
 from meshshard_prep.features.edges import edges_of
 from meshshard_prep.formats import parse_mesh
-from meshshard_prep.scan.counts import counts_of
 
 
 def texts(vertices, faces):

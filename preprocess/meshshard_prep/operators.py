@@ -30,9 +30,8 @@ def exporter(dataset: Dataset) -> Exporter:
     recipe = dataset.recipe
     if not recipe.spectrum:
         raise UsageError(
-            f"{dataset.folder} holds no eigenvectors, and DiffusionNet needs them; type: "
-            f"meshshard features {dataset.name} --recipe {recipe.name} --spectrum 128, "
-            f"then export {dataset.name}/{recipe.name}-spectrum128"
+            f"{dataset.folder} holds no eigenvectors, and DiffusionNet needs them; type the command that made it "
+            f"again, with --spectrum 128, then export {dataset.name}/{recipe.name}-spectrum128"
         )
     return Exporter(".npz", lambda sample: npz_bytes(operators_of(sample, recipe)))
 

@@ -107,3 +107,8 @@ def _check_owner(before: Before, dataset: RawDataset, out: Path) -> None:
             f"{out} holds the data set {name!r} of {len(before.places)} meshes, and this is "
             f"{dataset.name!r}, with {len(same)} of them; give another --out, or delete that folder first"
         )
+    if before.index and before.index.task not in ("unlabelled", dataset.task):
+        raise UsageError(
+            f"{out} holds {dataset.name!r} for {before.index.task}, and this would make it {dataset.task}; name what "
+            f"it was made from, {dataset.name}.toml say, or give another --out"
+        )

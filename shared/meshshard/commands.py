@@ -24,6 +24,11 @@ def locate(name: str) -> Path:
     for folder in (Path(name), FEATURES / name, FEATURES / name / "paper"):
         if (folder / INDEX_NAME).is_file():
             return folder
+    if name.endswith(".toml"):
+        raise UsageError(
+            f"{name} describes raw meshes; their features are named by its key name, mostly {Path(name).stem!r}: "
+            f"name that, and if there are none yet, type: meshshard features {name}"
+        )
     raise UsageError(
         f"no features of {name!r}: neither {name} nor {FEATURES / name / 'paper'} holds an {INDEX_NAME}; "
         f"compute them with: meshshard features {name}"
@@ -32,7 +37,9 @@ def locate(name: str) -> Path:
 
 def info(
     data: Data,
-    page: Annotated[Path | None, typer.Option(help="Write an HTML file with pictures too.", metavar="FILE")] = None,
+    page: Annotated[
+        Path | None, typer.Option(help="Write it as an HTML file with pictures instead.", metavar="FILE")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """What a data set holds, as numbers: sizes, class balance, diagnostics, error bounds, origin; or as a page with
@@ -53,6 +60,7 @@ def info(
     if page is not None:
         from meshshard.data_card.page import card_page  # the extra `pictures`
 
+        page.parent.mkdir(parents=True, exist_ok=True)
         publish(page, card_page(dataset, seen, card).encode())
     if as_json:
         typer.echo(to_json(card))

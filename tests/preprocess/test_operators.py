@@ -162,7 +162,5 @@ def test_a_data_set_without_eigenvectors_says_what_to_type(tmp_path):
 
     from meshshard import open_dataset
 
-    with pytest.raises(
-        UsageError, match=r"features toy --recipe paper --spectrum 128, then export toy/paper-spectrum128"
-    ):
+    with pytest.raises(UsageError, match=r"again, with --spectrum 128, then export toy/paper-spectrum128"):
         exporter(open_dataset(toy_dataset(tmp_path)))

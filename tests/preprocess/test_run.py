@@ -24,6 +24,7 @@ from meshshard.verify import verify
 from meshshard_prep import pack, staging
 from meshshard_prep import run as run_module
 from meshshard_prep.datasets import read_dataset
+from meshshard_prep.datasets.layout import without_labels
 from meshshard_prep.engines import on_this_machine
 from meshshard_prep.run import run
 
@@ -365,6 +366,15 @@ def test_a_folder_is_not_made_into_another_data_set(raw, tmp_path):
         with pytest.raises(UsageError, match=message):
             go(folder, tmp_path / "out")
     assert tree(tmp_path / "out") == before
+
+
+def test_labels_that_are_stored_are_not_lost_to_a_run_without_them(raw, tmp_path):
+    index = go(raw, tmp_path / "out").index
+    assert index.task == "segmentation"
+    bare = without_labels(read_dataset(str(raw)))
+    with pytest.raises(UsageError, match=r"holds 'raw' for segmentation, and this would make it unlabelled;"):
+        run(bare, tmp_path / "out", PAPER, jobs=1)
+    assert read_index(tmp_path / "out") == index
 
 
 def test_one_run_a_folder_and_the_second_is_told_who_holds_it(raw, tmp_path):

@@ -52,7 +52,10 @@ def check_task(dataset: Dataset, config: TrainConfig) -> None:
         raise UsageError(f"{dataset.folder} is a data set for {dataset.task}, the run is for {config.task}")
     bare = [number for number in range(len(dataset)) if dataset[number].face_labels is None]
     if config.task == "segmentation" and bare:
-        raise UsageError(f"{dataset.folder}: {dataset.ids[bare[0]]} has no face labels, and segmentation needs them")
+        raise UsageError(
+            f"{dataset.folder}: {dataset.ids[bare[0]]} has no face labels, and training needs them; labels of "
+            'vertices become those of faces with to = "face" in the table [labels] of the data set\'s TOML file'
+        )
     if "dihedral_official" in config.features and not dataset.recipe.official_dihedral:
         raise UsageError(
             f"{dataset.folder} has no dihedral_official: its recipe is {dataset.recipe.name}; "

@@ -137,7 +137,8 @@ def _split(dataset: Dataset, name: str) -> Sequence[int]:
         there = ", ".join(f"{split or '(none)'}: {len(members)}" for split, members in dataset.splits.items())
         raise UsageError(
             f"{dataset.folder} has no meshes in the split {name!r} ({there}); training needs train and val. "
-            "Meshes in a folder train/ are for training; part of them becomes val: meshshard features --val-fraction"
+            "Meshes in a folder train/ are for training, or those that [splits] of the data set's TOML file names or "
+            "draws (docs/datasets.md); part of train becomes val: meshshard features --val-fraction"
         )
     return numbers
 

@@ -1,6 +1,7 @@
 """The form "lines": a text file with one label a line, an integer or a name."""
 
 import codecs
+import re
 
 import numpy as np
 
@@ -16,8 +17,10 @@ def read_lines(data: bytes, _name: str, place: str) -> Written:
 
 
 def value_of(text: bytes) -> int | str:
-    """A decimal integer, or a name; 1_0, which Python would take, is a name."""
-    try:
-        return int(text) if b"_" not in text else text.decode()
-    except ValueError:
-        return text.decode(errors="replace")
+    """A decimal integer, also as 1.0 or 1.000e+00, which numpy.savetxt writes; else a name. 1_0, which Python would
+    take, is a name."""
+    if re.fullmatch(rb"[+-]?[0-9]+", text):
+        return int(text)
+    if re.fullmatch(rb"[+-]?[0-9]{1,15}\.[0-9]*(e[+-]?[0-9]{1,2})?", text) and float(text).is_integer():
+        return int(float(text))
+    return text.decode(errors="replace")

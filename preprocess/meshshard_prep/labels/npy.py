@@ -1,4 +1,4 @@
-"""The form "npy": a NumPy array of integers, (L,) or (L,1). Its header is not evaluated, only looked at."""
+"""The form "npy": a NumPy array of whole numbers, (L,) or (L,1). Its header is not evaluated, only looked at."""
 
 import re
 
@@ -7,7 +7,7 @@ import numpy as np
 from meshshard_prep.labels.written import Written, bad_label
 
 MAGIC = b"\x93NUMPY"
-_TYPE = re.compile(rb"'descr': *'([<>|=]?[iu][1248])'")
+_TYPE = re.compile(rb"'descr': *'([<>|=]?(?:[iu][1248]|f[48]))'")
 _SHAPE = re.compile(rb"'shape': *\(([0-9]{1,18}),(?: *1,?)? *\)")
 
 
@@ -27,4 +27,11 @@ def read_npy(data: bytes, _name: str, place: str) -> Written:
     if len(data) - end != count * dtype.itemsize:
         found = f"{len(data) - end} follow"
         raise bad_label(f"the array's {count} labels take {count * dtype.itemsize} bytes", found, place, advice)
-    return Written.of_integers(np.frombuffer(data, dtype, offset=end), lambda i: f"{place}, index {i}")
+    values = np.frombuffer(data, dtype, offset=end)
+    if dtype.kind == "f":
+        odd = np.flatnonzero(~(np.abs(values) < 2**24) | (values != np.rint(values)))
+        if len(odd):
+            where = f"{place}, index {odd[0]}"
+            raise bad_label("labels are whole numbers", f"this one is {float(values[odd[0]])!r}", where, advice)
+        values = values.astype(np.int64)
+    return Written.of_integers(values, lambda i: f"{place}, index {i}")

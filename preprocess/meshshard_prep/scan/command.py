@@ -46,6 +46,7 @@ def scan(
         findings = look(folder, lambda _, done, of: tell(done, of, 0))
     reading = read_findings(findings)
     text = toml_of(findings, reading, name, seen_from(file.parent, folder))
+    file.parent.mkdir(parents=True, exist_ok=True)
     publish(file, text.encode(), durable=False)
     edits = edits_of(text)
     then = f"meshshard features {shlex.quote(str(file))}"

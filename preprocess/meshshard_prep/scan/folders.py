@@ -7,30 +7,36 @@ from pathlib import PurePosixPath
 
 from meshshard_prep.datasets.folder import SPLIT_FOLDERS
 from meshshard_prep.datasets.layout import Entry
-from meshshard_prep.datasets.own.mesh_labels import class_folder
+from meshshard_prep.datasets.own.mesh_labels import FOLDER, TOP_FOLDER, class_folder
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClassFolders:
-    """`meshes`: folder that may be a class -> its meshes. `sure`: splits are laid out by class, and so nothing else
-    can be meant."""
+    """`meshes`: folder that may be a class -> its meshes. `which`: "folder", the nearest to a mesh, or "top folder".
+    `sure`: splits are laid out by class, and so nothing else can be meant."""
 
     meshes: Mapping[str, int]
+    which: str
     sure: bool
 
 
 def class_folders(entries: Sequence[Entry]) -> ClassFolders | None:
-    """The folders as classes; None where a mesh is in no folder, all are in one, or most have one of their own."""
+    """The folders as classes, the nearest if they can be, else the outermost; None where a mesh is in no folder, all
+    are in one, or most have one of their own."""
+    return _class_folders(entries, FOLDER) or _class_folders(entries, TOP_FOLDER)
+
+
+def _class_folders(entries: Sequence[Entry], which: str) -> ClassFolders | None:
     splits: dict[str, set[str]] = defaultdict(set)
     meshes: dict[str, int] = defaultdict(int)
     for entry in entries:
-        name = class_folder(entry.source)
+        name = class_folder(entry.source, which)
         meshes[name] += 1
         splits[name].add(entry.split)
     if "" in meshes or len(meshes) < 2 or 2 * len(meshes) > len(entries):
         return None
     named = [found for found in splits.values() if len(found) > 1]
-    return ClassFolders(meshes=dict(sorted(meshes.items())), sure=len(named) * 2 > len(splits))
+    return ClassFolders(meshes=dict(sorted(meshes.items())), which=which, sure=len(named) * 2 > len(splits))
 
 
 def sets_of(label_files: Mapping[str, str]) -> tuple[str, ...]:

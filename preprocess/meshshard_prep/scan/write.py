@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from meshshard.remote import RemotePath
+from meshshard_prep.datasets.own.mesh_labels import FOLDER
 from meshshard_prep.jobs import printable
 from meshshard_prep.scan.labels import Labelling
 from meshshard_prep.scan.look import Findings
@@ -50,7 +51,7 @@ def _label_lines(findings: Findings, reading: Reading) -> list[str]:
         meshes = findings.folders.meshes
         table = [f"{_quoted(name)} = {_quoted(name)}  # {count} meshes" for name, count in meshes.items()]
         listed = ["", "[classes]", *table] if len(meshes) <= MOST_CLASSES else []
-        return ["", "[labels]", *doubt, 'mesh = "folder"  # the folder of a mesh is its class', *listed]
+        return ["", "[labels]", *doubt, f"mesh = {_quoted(findings.folders.which)}  # its name is the class", *listed]
     return ["# no labels were found: say here where they are, see [labels] in the document"]
 
 
@@ -61,6 +62,7 @@ def _labelling(labelling: Labelling) -> list[str]:
     lines += [f"name = {_quoted(labelling.name)}"] if labelling.name else []
     lines += [f"domain = {_quoted(best)}  # fits {labelling.fits[best]} of {len(labelling.of)} meshes"]
     lines += [f"# domain = {_quoted(domain)}  # fits {labelling.fits[domain]} of them too" for domain in rest]
+    lines += ['# to = "face"  # training takes labels of faces'] if best == "vertex" else []
     without = len(labelling.missing) + len(labelling.odd)
     return [*lines, *([f"# {without} meshes have no labels that fit: features will refuse them"] if without else [])]
 
@@ -93,19 +95,23 @@ def _split_lines(findings: Findings, reading: Reading) -> list[str]:
     lists = findings.lists.splits
     if set(findings.splits) != {""}:
         shares = [f"{count} {split or 'in none'}" for split, count in findings.splits.items()]
-        return ["", f"# splits by folders: {', '.join(shares)}", "# [splits]", _group(findings, reading)]
+        return ["", f"# splits by folders: {', '.join(shares)}", "# [splits]", *_group(findings, reading)]
     if "test" in lists or "train" in lists:
         return ["", "[splits]", *(f"{split} = {_quoted(file)}" for split, file in lists.items())]
     shares_line = "fractions = { train = 0.7, val = 0.15, test = 0.15 }  # drawn by --split-seed; or: folds = 5"
     if reading.kind == "none" or len(findings.entries) < LEAST_TO_SPLIT:
         return []
-    return ["", "[splits]", shares_line, _group(findings, reading)]
+    return ["", "[splits]", shares_line, *_group(findings, reading)]
 
 
-def _group(findings: Findings, reading: Reading) -> str:
+def _group(findings: Findings, reading: Reading) -> list[str]:
     """A hint for meshes that must stay together: those of a folder, or whose names begin alike."""
-    text = "(.*)/" if findings.folders and reading.kind == "labels" else "(.*)_pose"
-    return f"# group = '{text}'  # meshes whose paths have the same text here are never in two drawn splits"
+    hint = "meshes whose paths have the same text here are never in two drawn splits"
+    if set(findings.splits) == {""} and findings.folders and reading.kind == "labels" and not findings.sets:
+        ask = "do the meshes of a folder belong together, as of one patient? Then take away the # before group"
+        folder = "(.*)/" if findings.folders.which == FOLDER else "([^/]*)/"
+        return [f"{EDIT}{ask}.", f"# group = '{folder}'  # {hint}"]
+    return [f"# group = '(.*)_pose'  # {hint}"]
 
 
 def _quoted(text: object) -> str:

@@ -120,9 +120,10 @@ def recipe_words(recipe: Recipe) -> str:
         f"heat kernel signature at {len(times)} times from {times[0]:g} to {times[-1]:g} squared radii, "
         f"relative error at most {recipe.hks_tolerance:g}",
         f"pieces {'joined by weak links' if recipe.components == 'bridged' else 'kept separate'}",
-        f"mesh changed by: {', '.join(recipe.steps)}" if recipe.steps else "mesh stored as in its file",
     ]
+    words += [f"mesh changed by: {', '.join(recipe.steps)}"] if recipe.steps else []
     words += [f"simplified to {recipe.simplify} faces"] if recipe.simplify else []
+    words += ["mesh stored as in its file"] if not (recipe.steps or recipe.simplify) else []
     words += [f"{recipe.spectrum} eigenpairs stored"] if recipe.spectrum else []
     words += ["signed dihedral angles"] if recipe.signed_dihedral else []
     words += ["the published code's dihedral channels"] if recipe.official_dihedral else []

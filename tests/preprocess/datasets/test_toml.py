@@ -1,5 +1,6 @@
 """What a TOML file says of meshes, labels and classes, as far as the labels that are read."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -225,3 +226,26 @@ def test_meshcnn_layouts(tmp_path, layout):
         assert dataset.entries[0].labels.to == "vertex"
     else:
         assert {e.id: e.mesh_label for e in dataset.entries} == {"cat/train/3": 0, "cat/test/4": 0}
+
+
+@pytest.mark.parametrize(
+    ("which", "meshes", "classes", "note"),
+    [
+        (
+            "folder",
+            ("cat/1/m", "cat/2/m", "dog/3/m"),
+            3,
+            r'toml:2: "folder" gives each mesh its own class; is "top',
+        ),
+        ("folder", ("cat/1/models/m", "dog/3/models/m"), 1, r"\"folder\" gives all meshes one class, 'models'; is"),
+        ("top folder", ("cat/1/m", "cat/2/m", "dog/3/m"), 2, ""),
+        ("top folder", ("train/cat/1/m", "test/cat/2/m", "test/dog/3/m"), 2, ""),
+    ],
+)
+def test_folders_of_classes_and_a_note_where_that_cannot_be(tmp_path, which, meshes, classes, note):
+    for mesh in meshes:
+        write_obj(tmp_path / f"{mesh}.obj", *box())
+    dataset = toml(tmp_path, f'[labels]\nmesh = "{which}"\n')
+    assert len(dataset.classes) == classes
+    assert len(dataset.notes) == bool(note)
+    assert re.search(note, "".join(dataset.notes))

@@ -35,6 +35,11 @@ def test_lists_in_the_file_are_ids_paths_names_and_patterns(raw):
     assert note.endswith("my.toml:3: 18 meshes are in no list, and so in no split; the first is class0/s2_pose0")
 
 
+def test_more_folds_than_meshes_are_refused(raw):
+    with pytest.raises(UsageError, match=r"my.toml:3: splits.folds is at most the number of meshes, 30, not 31"):
+        split(raw, "[splits]\nfolds = 31\n")
+
+
 def test_without_a_list_of_train_the_rest_is_train(raw):
     found = split(raw, '[splits]\ntest = ["**/s5_*"]\nval = ["**/s4_*"]\n')
     assert Counter(found.splits.values()) == {"train": 20, "val": 5, "test": 5}

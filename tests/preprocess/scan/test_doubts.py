@@ -86,3 +86,36 @@ def test_two_kinds_of_label_files(tmp_path, capsys):
     what, dataset = edit(toml, found, lambda text: text.replace(fine, "").replace(coarse, coarse.replace("# ", "")))
     assert what.startswith("several files or properties fit")
     assert dataset.classes == ("1", "2")
+
+
+def test_meshes_of_a_folder_may_belong_together(tmp_path, capsys):
+    for patient in range(6):
+        for jaw in ("lower", "upper"):
+            write_obj(tmp_path / "raw" / f"p{patient}" / f"{jaw}.obj", *bumpy(patient, 1))
+            write_labels(tmp_path / "raw" / f"p{patient}" / f"{jaw}.seg", [1, 2] * 16)
+    toml, found = scanned(tmp_path / "raw", tmp_path, capsys)
+    what, dataset = edit(toml, found, lambda text: text.replace("# group", "group"))
+    assert what.startswith("do the meshes of a folder belong together")
+    splits = {(entry.group, dataset.splits[entry.id]) for entry in dataset.entries}
+    assert len(splits) == 6
+    assert {split for _, split in splits} == {"train", "val", "test"}
+
+
+def test_classes_above_a_folder_for_each_mesh(tmp_path, capsys):
+    for name in ("chair/1a", "chair/2b", "lamp/3c", "lamp/4d"):
+        write_obj(tmp_path / "raw" / name / "models" / "model.obj", *bumpy(0, 1))
+    toml, found = scanned(tmp_path / "raw", tmp_path, capsys)
+    dataset = read_dataset(str(toml))
+    assert (dataset.classes, dataset.notes) == (("chair", "lamp"), ())
+    assert found["class_folders"] == {"chair": 2, "lamp": 2}
+    what, _ = edit(toml, found, lambda text: text[: text.index("[labels]")])
+    assert what.startswith("are these folders classes?")
+
+
+def test_labels_of_vertices_come_with_the_line_that_makes_them_those_of_faces(tmp_path, capsys):
+    write_obj(tmp_path / "raw" / "a.obj", *bumpy(0, 1))
+    write_labels(tmp_path / "raw" / "a.txt", [1, 2] * 9)
+    toml, _ = scanned(tmp_path / "raw", tmp_path, capsys)
+    assert read_dataset(str(toml)).entries[0].labels.to == ""
+    toml.write_text(toml.read_text().replace("# to =", "to ="))
+    assert read_dataset(str(toml)).entries[0].labels.to == "face"

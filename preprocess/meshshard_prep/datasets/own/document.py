@@ -48,7 +48,7 @@ def near(word: str, words: Iterable[str]) -> str:
 def read_document(path: Path) -> Document:
     """Read a TOML file. UsageError: no TOML, an unknown key, or a value of another kind; with the line."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         what, _, place = str(error).partition(" (at ")

@@ -11,7 +11,7 @@ from meshshard_prep.datasets.own.classes import check_once
 from meshshard_prep.datasets.own.document import Document, near
 from meshshard_prep.datasets.own.names import Names, rows_of
 
-FOLDER = "folder"
+FOLDER, TOP_FOLDER = "folder", "top folder"
 
 
 def with_mesh_labels(
@@ -22,7 +22,7 @@ def with_mesh_labels(
     UsageError: a mesh in no folder, a list that names no mesh, a class that the file does not know.
     """
     value = document.get("labels.mesh")
-    if value == FOLDER:
+    if value in (FOLDER, TOP_FOLDER):
         written, notes = _by_folder(document, entries)
     else:
         written, notes = _by_list(document, root / value, entries)
@@ -33,16 +33,22 @@ def with_mesh_labels(
     return names, labelled, notes
 
 
-def class_folder(source: str) -> str:
-    """The folder nearest to a mesh that is not named like a split, or empty."""
+def class_folder(source: str, which: str = FOLDER) -> str:
+    """The folder nearest to a mesh that is not named like a split, or the outermost such, or empty."""
     folders = [folder for folder in PurePosixPath(source).parts[:-1] if folder.lower() not in SPLIT_FOLDERS]
-    return folders[-1] if folders else ""
+    return "" if not folders else folders[0 if which == TOP_FOLDER else -1]
 
 
 def _by_folder(document: Document, entries: Sequence[Entry]) -> tuple[dict[str, str], tuple[str, ...]]:
-    written = {entry.id: class_folder(entry.source) for entry in entries}
+    which = document.get("labels.mesh")
+    written = {entry.id: class_folder(entry.source, which) for entry in entries}
     if bare := [entry.source for entry in entries if not written[entry.id]]:
-        raise document.wrong("labels.mesh", f'is "folder", and {bare[0]} is in no folder that could be its class')
+        raise document.wrong("labels.mesh", f'is "{which}", and {bare[0]} is in no folder that could be its class')
+    found = len(set(written.values()))
+    if 1 < len(written) == found or found == 1 < len(written):
+        what = f"all meshes one class, {next(iter(written.values()))!r}" if found == 1 else "each mesh its own class"
+        other = TOP_FOLDER if which == FOLDER else FOLDER
+        return written, (f'{document.place("labels.mesh")}: "{which}" gives {what}; is "{other}" meant?',)
     return written, ()
 
 
@@ -59,7 +65,7 @@ def _by_list(document: Document, path: Path, entries: Sequence[Entry]) -> tuple[
                 rule = f"gives {entry.id!r} two classes: {written[entry.id]!r}, and {label!r} in {path.name}:{number}"
                 raise document.wrong("labels.mesh", rule)
     if not written:
-        rule = f"is a list of meshes and classes, as '{names.example},chair' in each line, or \"folder\""
+        rule = f'is a list of meshes and classes, as \'{names.example},chair\' in each line, "folder" or "top folder"'
         found_line = f"{path.name}:{strange[0][0]} is {strange[0][1][:60]!r}" if strange else f"{path.name} is empty"
         raise document.wrong("labels.mesh", f"{rule}; {found_line}")
     notes = []

@@ -36,6 +36,8 @@ def with_splits(document: Document, dataset: RawDataset, root: Path, draw: Draw)
         )
     if "splits.folds" in document:
         folds = document.get("splits.folds")
+        if folds > len(members):
+            raise document.wrong("splits.folds", f"is at most the number of meshes, {len(members)}, not {folds}")
         if draw.fold >= folds:
             raise document.wrong("splits.folds", f"is {folds}: --fold is 0 to {folds - 1}, not {draw.fold}")
         found = draw_folds(members, folds, draw.seed)

@@ -151,3 +151,19 @@ def test_a_fold_needs_folds(raw):
         split(raw, "splits.folds = 3\n", fold=3)
     with pytest.raises(UsageError, match=r"splits.folds is not there, so there is no fold 1; leave out --fold"):
         split(raw, "", fold=1)
+
+
+def test_folders_with_classes_of_their_own_keep_their_shares(tmp_path):
+    for name in ("a", "b"):  # the highest class of both is the same
+        for number in range(10):
+            write_obj(tmp_path / "raw" / name / f"{number}.obj", *tetrahedron())
+            write_labels(tmp_path / "raw" / name / f"{number}.txt", [1, 2, 1, 2])
+    text = "[classes.a]\nx = 1\nz = 2\n[classes.b]\ny = 1\nz = 2\n[splits]\nfractions = { train = 0.7, test = 0.3 }\n"
+    for seed in range(5):
+        found = split(tmp_path / "raw", "[labels]\ndomain = 'face'\n" + text, seed=seed)
+        assert Counter((name[0], part) for name, part in found.splits.items()) == {
+            ("a", "train"): 7,
+            ("a", "test"): 3,
+            ("b", "train"): 7,
+            ("b", "test"): 3,
+        }

@@ -23,7 +23,7 @@ def with_splits(document: Document, dataset: RawDataset, root: Path, draw: Draw)
         raise document.wrong(ways[-1], f"says how meshes are split, and so does {ways[0]}; keep one of them")
     if draw.fold and "splits.folds" not in document:
         raise document.wrong("splits.folds", f"is not there, so there is no fold {draw.fold}; leave out --fold")
-    members = [Member(entry.id, _stratum(entry), entry.group) for entry in dataset.entries]
+    members = _members(dataset.entries)
     units = ", class by class" if len({member.label for member in members}) > 1 else ""
     units = ", whole groups" if any(member.group for member in members) else units
     if "splits.fractions" in document:
@@ -49,9 +49,12 @@ def with_splits(document: Document, dataset: RawDataset, root: Path, draw: Draw)
     return _by_lists(document, dataset, root) if ways else dataset
 
 
-def _stratum(entry: Entry) -> int:
-    """Meshes with the same number are split in the same shares: those of a class, or of a folder with its classes."""
-    return max(entry.labels.classes.values(), default=-1) if entry.labels else entry.mesh_label
+def _members(entries: tuple[Entry, ...]) -> list[Member]:
+    """Meshes as draws see them: those of one class, or whose labels may have the same classes, as those of a folder
+    with its own, are split in the same shares."""
+    kinds = [tuple(sorted(set(e.labels.classes.values()))) if e.labels else (e.mesh_label,) for e in entries]
+    number = {kind: place for place, kind in enumerate(sorted(set(kinds)))}
+    return [Member(entry.id, number[kind], entry.group) for entry, kind in zip(entries, kinds, strict=True)]
 
 
 def _grouped(document: Document, entries: tuple[Entry, ...]) -> tuple[Entry, ...]:

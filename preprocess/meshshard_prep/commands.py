@@ -22,7 +22,7 @@ def datasets(as_json: AsJson = False) -> None:
 
     Example: meshshard datasets
     """
-    from meshshard_prep.datasets import ADAPTERS  # plyfile and numpy stay out of --help
+    from meshshard_prep.datasets import ADAPTERS  # numpy stays out of --help
     from meshshard_prep.datasets.listing import as_table, as_text
 
     adapters = list(ADAPTERS.values())

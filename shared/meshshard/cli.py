@@ -35,7 +35,6 @@ EXTRAS = {
         "scipy",
         "joblib",
         "robust_laplacian",
-        "plyfile",
         "skimage",
         "threadpoolctl",
         "numba",

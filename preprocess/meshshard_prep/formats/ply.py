@@ -1,27 +1,22 @@
-"""PLY: the header is read and held against the size of the file here; the rows are read by plyfile, one by one, or
-all at once where each has as many bytes as the others.
+"""PLY: the header is read and held against the size of the file, then the rows are read as it says, in their order.
 
-plyfile keeps the order of the file, but allocates what a header promises and ignores what follows the last row.
 Columns other than x, y, z of vertices and the corners of faces are left out of the mesh. Indices count from 0.
 """
 
-import io
-import warnings
 from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Int64
-from plyfile import PlyData, PlyElementParseError, PlyParseError
 
-from meshshard.errors import InvalidMesh
-from meshshard_prep.formats.ply_header import BYTES, CORNERS, INTEGERS, Header, read_header
-from meshshard_prep.formats.ply_rows import even_rows
+from meshshard_prep.formats.ply_binary import binary_rows
+from meshshard_prep.formats.ply_columns import Column, Lists
+from meshshard_prep.formats.ply_header import BYTES, CORNERS, GEOMETRY, INTEGERS, Header, read_header
+from meshshard_prep.formats.ply_text import text_rows
 from meshshard_prep.formats.text import (
     check_finite,
     check_indices,
     check_not_empty,
     check_sizes,
-    decode,
     fan_mesh,
     refusal,
     shown,
@@ -37,10 +32,10 @@ def parse_ply(data: bytes, place: str) -> RawMesh:
         raise refusal("unsupported-format", rule, found, place, "Convert it to plain triangles.")
     check_not_empty(header.rows("vertex"), header.rows("face"), place)
     vertex, face = header.elements["vertex"].properties, header.elements["face"].properties
-    scalars = {column.name for column in vertex if not column.length_type}
-    lists = {column.name: column.length_type for column in face if column.length_type and column.type in INTEGERS}
+    axes = {column.name: number for number, column in enumerate(vertex) if not column.length_type}
+    lists = {c.name: number for number, c in enumerate(face) if c.length_type and c.type in INTEGERS}
     corner_names = [name for name in CORNERS if name in lists]
-    if not corner_names or not scalars >= set("xyz"):
+    if not corner_names or not axes.keys() >= set("xyz"):
         rule = "a PLY mesh has x, y and z of vertices and an integer list vertex_indices of faces"
         raise refusal("bad-line", rule, "the header lacks one of them", place)
     content = read_rows(data, header, place)
@@ -49,12 +44,14 @@ def parse_ply(data: bytes, place: str) -> RawMesh:
         return lambda row: header.place_of(name, row, place)
 
     with np.errstate(invalid="ignore"):  # widening a signalling NaN makes noise; check_finite refuses it
-        vertices = np.stack([content["vertex"][axis] for axis in "xyz"], axis=1).astype(np.float64)
+        vertices = np.stack([np.asarray(content["vertex"][axes[axis]]) for axis in "xyz"], axis=1).astype(np.float64)
     check_finite(vertices, where("vertex"))
-    polygons = content["face"][corner_names[0]]
-    sizes = _signed(np.fromiter(map(len, polygons), np.int64, len(polygons)), lists[corner_names[0]])
+    number = lists[corner_names[0]]
+    polygons = content["face"][number]
+    assert isinstance(polygons, Lists)
+    sizes = _signed(polygons.lengths, face[number].length_type)
     check_sizes(sizes, where("face"))
-    corners = np.concatenate(polygons).astype(np.int64)
+    corners = polygons.values.astype(np.int64)
     check_indices(corners, sizes, len(vertices), where("face"))
     return fan_mesh(vertices, corners, sizes)
 
@@ -64,31 +61,12 @@ def _signed(lengths: Int64[np.ndarray, " P"], length_type: str) -> Int64[np.ndar
     return lengths if length_type.startswith("u") else lengths.astype(f"i{BYTES[length_type]}").astype(np.int64)
 
 
-def read_rows(data: bytes, header: Header, place: str) -> dict[str, np.ndarray]:
-    """Element -> its rows, columns under the names of `Header.key_of`; InvalidMesh where they are not as promised."""
+def read_rows(data: bytes, header: Header, place: str) -> dict[str, list[Column]]:
+    """Element -> a column for each of its properties; InvalidMesh where the rows are not as promised."""
     body = data[header.end :]
     _check_size(body, header, place)
-    if header.is_text:
-        body = _check_text(body, header, place).encode()
-    elif rows := even_rows(body, header):
-        return rows
-    stream = io.BytesIO(header.for_plyfile() + body)
-    try:
-        with np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # from np.loadtxt, for an empty list
-            warnings.simplefilter("error", DeprecationWarning)  # from np.loadtxt, for an integer with a fraction
-            content = PlyData.read(stream, mmap=False)
-    except PlyElementParseError as error:
-        raise _row_refusal(error, header, place) from error
-    except OverflowError as error:
-        rule = "every value fits the type of its property"
-        raise refusal("bad-number", rule, f"plyfile says: {error}", place) from error
-    except (PlyParseError, ValueError, DeprecationWarning) as error:
-        rule = "the file follows the grammar of PLY"
-        raise refusal("bad-line", rule, f"plyfile says: {error}", place) from error
-    if not header.is_text and (left := len(stream.getbuffer()) - stream.tell()):
-        raise refusal("extra-data", "the file ends with its last row", f"{left} bytes follow", place)
-    return {element.name: element.data for element in content}
+    _check_names(header, place)
+    return (text_rows if header.is_text else binary_rows)(body, header, place)
 
 
 def _check_size(body: bytes, header: Header, place: str) -> None:
@@ -104,29 +82,14 @@ def _check_size(body: bytes, header: Header, place: str) -> None:
         raise refusal("truncated", rule, found, place)
 
 
-def _check_text(body: bytes, header: Header, place: str) -> str:
-    """The rows as text, if they are as many as the header promises and have no characters that numbers have not."""
-    text = decode(body, place, first_line=header.lines + 1).rstrip()
-    lines = text.split("\n") if text else []
-    promised = sum(element.rows for element in header.elements.values())
-    rule = f"the rows that the header promises have a line each ({promised})"
-    if len(lines) < promised:
-        raise refusal("truncated", rule, f"{len(lines)} follow it", place)
-    if len(lines) > promised:
-        raise refusal("extra-data", rule, f"{len(lines)} follow it", f"{place}:{header.lines + promised + 1}")
-    if "_" in text or not text.isascii():
-        bad = next(at for at, line in enumerate(lines) if "_" in line or not line.isascii())
-        where = f"{place}:{header.lines + bad + 1}"
-        raise refusal("bad-number", "a row is made of numbers", f"this one is {shown(lines[bad])}", where)
-    return text
-
-
-def _row_refusal(error: PlyElementParseError, header: Header, place: str) -> InvalidMesh:
-    """What plyfile could not read, in the words of this package."""
-    name = error.element.name
-    code = {"early end-of-file": "truncated", "malformed input": "bad-number"}.get(error.message, "bad-line")
-    rule = f"the rows of {name} are what the header says"
-    if code == "bad-number" and name == "face" and error.prop.name in CORNERS:
-        code = "index-out-of-range"
-        rule = f"a face index is a whole number from 0 to {header.rows('vertex') - 1}"
-    return refusal(code, rule, f"plyfile says: {error}", header.place_of(name, error.row or 0, place))
+def _check_names(header: Header, place: str) -> None:
+    """Names are ASCII, and coordinates and corners are there once: other names may be there twice in real files."""
+    for name, element in header.elements.items():
+        names = [column.name for column in element.properties]
+        for called in (name, *names):
+            if not called.isascii():
+                raise refusal("bad-line", "names in a PLY header are ASCII", f"it has {shown(called)}", place)
+        for called in GEOMETRY:
+            if names.count(called) > 1:
+                rule = "coordinates and corners are one property each"
+                raise refusal("bad-line", rule, f"{name} has {called} {names.count(called)} times", place)

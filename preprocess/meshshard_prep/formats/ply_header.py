@@ -11,8 +11,6 @@ INTEGERS = {"char": 1, "uchar": 1, "short": 2, "ushort": 2, "int": 4, "uint": 4}
 BYTES = INTEGERS | {"float": 4, "double": 8, "float32": 4, "float64": 8}
 """Type -> how many bytes it has."""
 
-_UNSIGNED = {1: "uchar", 2: "ushort", 4: "uint"}
-
 CORNERS = ("vertex_indices", "vertex_index")
 GEOMETRY = (*"xyz", *CORNERS)
 
@@ -61,22 +59,6 @@ class Header:
             return place
         before = list(self.elements)[: list(self.elements).index(name)]
         return f"{place}:{self.lines + sum(map(self.rows, before)) + row + 1}"
-
-    def key_of(self, element: str, number: int) -> str:
-        """What plyfile is told a property is called: names that are no geometry may be there twice in real files."""
-        name = self.elements[element].properties[number].name
-        return name if name in GEOMETRY else f"{name}~{number}"
-
-    def for_plyfile(self) -> bytes:
-        """Without comments, blanks and odd line ends, and with the names of `key_of`."""
-        lines = ["ply", f"format {self.format} 1.0"]
-        for element_name, element in self.elements.items():
-            lines.append(f"element {element_name} {element.rows}")
-            for number, column in enumerate(element.properties):
-                # no length is negative: of a list of length -1 plyfile would read the rest of the file
-                length = f"list {_UNSIGNED[BYTES[column.length_type]]} " if column.length_type else ""
-                lines.append(f"property {length}{column.type} {self.key_of(element_name, number)}")
-        return "\n".join([*lines, "end_header", ""]).encode("latin-1")
 
 
 def is_ply(data: bytes) -> bool:

@@ -2,6 +2,8 @@
 
 import codecs
 
+import numpy as np
+
 from meshshard_prep.formats.ply import read_rows
 from meshshard_prep.formats.ply_header import GEOMETRY, INTEGERS, Header, is_ply, read_header
 from meshshard_prep.labels.written import Written, bad_label, whole_numbers
@@ -23,7 +25,8 @@ def read_ply(data: bytes, name: str, place: str) -> Written:
         raise bad_label("labels of the form ply are in a PLY file", "this is none", place, "name its form")
     header = read_header(data, place)
     element, number = _find(header, name, place)
-    values = read_rows(data, header, place)[element][header.key_of(element, number)]
+    values = read_rows(data, header, place)[element][number]
+    assert isinstance(values, np.ndarray)
 
     def where(row: int) -> str:
         return header.place_of(element, row, place)

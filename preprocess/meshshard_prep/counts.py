@@ -11,7 +11,7 @@ from meshshard_prep.features.edges import edges_of
 from meshshard_prep.formats import format_of, parse_mesh, read_mesh
 from meshshard_prep.formats.ply_header import read_header
 
-_STATEMENT = {name: re.compile(rf"^[ \t]*{name}[ \t]".encode(), re.MULTILINE) for name in ("v", "f")}
+_STATEMENT = {name: re.compile(rf"(?:^|\r)[ \t]*{name}[ \t]".encode(), re.MULTILINE) for name in ("v", "f")}
 _OFF_COUNTS = re.compile(rb"(?:\s|#[^\r\n]*)*[A-Za-z0-9]*?OFF(?:\s|#[^\r\n]*)*(\d+)[ \t]+(\d+)")
 
 
@@ -37,11 +37,13 @@ class Counts:
         return len(edges_of(mesh.faces).ends) if mesh.polygons == len(mesh.faces) else 0
 
     def fits(self, labels: int) -> tuple[str, ...]:
-        """What as many labels may belong to. Edges are counted only where nothing else fits: that takes a while."""
+        """What as many labels may belong to. Edges are counted only where faces do not fit: that takes a while."""
         quick = tuple(
             domain for domain, count in (("face", self.faces), ("vertex", self.vertices)) if count == labels
         )
-        return quick or (("edge",) if labels > self.vertices and labels == self.edges else ())
+        if "face" in quick or labels < max(self.vertices, self.faces):  # a surface has more edges
+            return quick
+        return (*quick, "edge") if labels == self.edges else quick
 
 
 def counts_of(path: Path, data: bytes) -> Counts:

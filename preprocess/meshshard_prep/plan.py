@@ -1,5 +1,6 @@
 """What a run would do: what is stored, what is to be computed and why."""
 
+import json
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -15,6 +16,10 @@ from meshshard_prep.before import Before, stored_before
 from meshshard_prep.correspondence import check_vertices_stay
 from meshshard_prep.datasets.layout import Entry, RawDataset
 from meshshard_prep.jobs import Job, make_job, rejection
+from meshshard_prep.labels import MOST_CLASSES
+
+MOST_BYTES_OF_CLASSES = 60_000
+"""HDF5 keeps attributes of up to 64 KB where every reader looks."""
 
 READERS, PART = 8, 32
 """Threads that hash raw files, for those wait for the disk or the network; files that one takes at a time."""
@@ -42,6 +47,7 @@ def make_plan(dataset: RawDataset, out: Path, recipe: Recipe) -> Plan:
     """Hash all raw files and hold them against what `out` holds. Nothing is written. UsageError: two entries have one
     id, the recipe takes away vertices that the data set names, or `out` holds another data set."""
     _check_ids(dataset)
+    _check_classes(dataset)
     check_vertices_stay(dataset, recipe)
     before = stored_before(out)
     _check_owner(before, dataset, out)
@@ -94,6 +100,17 @@ def _check_ids(dataset: RawDataset) -> None:
         if entry.id in seen:
             raise UsageError(f"two meshes have the id {entry.id!r}: {seen[entry.id]} and {entry.source}")
         seen[entry.id] = entry.source
+
+
+def _check_classes(dataset: RawDataset) -> None:
+    """UsageError: more classes than labels can count, or longer names than a shard can hold."""
+    written = len(json.dumps(dataset.classes))
+    if len(dataset.classes) > MOST_CLASSES or written > MOST_BYTES_OF_CLASSES:
+        raise UsageError(
+            f"{dataset.name!r} has {len(dataset.classes)} classes, which take {written} bytes; a data set has at "
+            f"most {MOST_CLASSES} classes in {MOST_BYTES_OF_CLASSES} bytes: shorten their names, or look whether "
+            "these are classes at all"
+        )
 
 
 def _check_owner(before: Before, dataset: RawDataset, out: Path) -> None:

@@ -60,6 +60,8 @@ def info(
     if page is not None:
         from meshshard.data_card.page import card_page  # the extra `pictures`
 
+        if page.is_dir():
+            raise UsageError(f"--page is the HTML file to write, and {page} is a folder")
         page.parent.mkdir(parents=True, exist_ok=True)
         publish(page, card_page(dataset, seen, card).encode())
     if as_json:

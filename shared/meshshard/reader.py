@@ -140,6 +140,8 @@ def _checked(attributes: dict[str, Any], columns: dict[str, np.ndarray]) -> _Con
     if recipe.changes_mesh and "vertex_source" not in columns:
         raise InvalidShard("'vertex_source' is missing, and the recipe has steps or simplify")
     columns |= {field.name: _decoded(columns[field.name], field.name) for field in FIELDS if field.dtype == "str"}
+    if odd := set(columns["label_domain"].tolist()) - {"", "face", "edge", "vertex", "mesh"}:
+        raise InvalidShard(f"'label_domain' is {odd.pop()!r}")
     if any(first >= second for first, second in pairwise(columns["id"].tolist())):
         raise InvalidShard("its meshes are not sorted by 'id', each once")
     return _Content(
@@ -212,6 +214,10 @@ def _check_numbers(columns: dict[str, np.ndarray], classes: int) -> None:
         if columns[name].min(initial=0) < least or (largest >= limits[with_faces]).any():
             raise InvalidShard(f"{name!r} has an index outside its mesh")
     polygons = columns["polygons"][with_faces]
+    # each gives a triangle at least, and steps count those that they take away
+    triangles = np.maximum(faces, columns["faces_before"]) + columns["dropped_faces"]
+    if (columns["polygons"] > triangles).any():
+        raise InvalidShard("'polygons' is more than the triangles there were")
     largest = np.maximum.reduceat(columns["face_source"], columns["face_ptr"][with_faces])
     if columns["face_source"].min(initial=0) < 0 or (largest >= polygons).any():
         raise InvalidShard("'face_source' has a polygon that the mesh file does not have")

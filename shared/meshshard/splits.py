@@ -24,8 +24,8 @@ def draw_share(members: Sequence[Member], fraction: float, rng: np.random.Genera
     """Ids of about `fraction` of the members.
 
     Where groups are known, whole groups in a drawn order, each that still fits (the smallest, where none does).
-    Otherwise class by class, so that every class keeps its share. At least one member is drawn, and at least one is
-    left: where that cannot be, none is drawn.
+    Otherwise class by class, so that every class keeps its share. At least one member is left, and at least one is
+    drawn, if there are two.
     """
     members = sorted(members, key=lambda member: member.id)
     if any(member.group for member in members):
@@ -42,7 +42,7 @@ def draw_share(members: Sequence[Member], fraction: float, rng: np.random.Genera
         # counted over all classes so far: many small classes together give their share too
         room = max(round(fraction * passed), 1) - len(drawn)
         drawn += [ids[i] for i in rng.permutation(len(ids))[: max(room, 0)]]
-    return drawn if len(drawn) < len(members) else []
+    return drawn[: len(members) - 1]
 
 
 def draw_fractions(members: Sequence[Member], fractions: Mapping[str, float], seed: int) -> dict[str, str]:
@@ -52,7 +52,10 @@ def draw_fractions(members: Sequence[Member], fractions: Mapping[str, float], se
     splits: dict[str, str] = {}
     *first, last = fractions
     for split in first:
-        drawn = set(draw_share(left, fractions[split] / share, rng)) if fractions[split] > 0 else set()
+        if fractions[split] >= share - 1e-9:
+            drawn = {member.id for member in left}
+        else:
+            drawn = set(draw_share(left, fractions[split] / share, rng)) if fractions[split] > 0 else set()
         splits |= dict.fromkeys(drawn, split)
         left, share = [member for member in left if member.id not in drawn], share - fractions[split]
     return splits | {member.id: last for member in left}

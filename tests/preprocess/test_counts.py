@@ -22,6 +22,7 @@ def texts(vertices, faces):
         "plain.obj": obj_v + "".join(f"f {face}\n" for face in obj_f),
         "dressed.obj": "# v f\nvn 0 0 1\r\n" + obj_v + "g f\n" + "".join(f"  f\t{face}\r\n" for face in obj_f),
         "plain.off": f"OFF\n{len(vertices)} {len(faces)} 0\n{rows}",
+        "old.obj": (obj_v + "".join(f"f {face}\n" for face in obj_f)).replace("\n", "\r"),
         "glued.off": f"# made by f\nOFF{len(vertices)} {len(faces)} 0\n{rows}",
         "named wrongly.obj": f"OFF # 3 4\n# 5\n{len(vertices)} {len(faces)} 0\n{rows}",
         "text.ply": ply + rows,
@@ -31,7 +32,7 @@ def texts(vertices, faces):
 @pytest.mark.parametrize("family", sorted(FAMILY))
 def test_counts_are_those_of_the_reader(tmp_path, family):
     for name, text in texts(*FAMILY[family]).items():
-        (tmp_path / name).write_text(text)
+        (tmp_path / name).write_text(text, newline="")
         data = (tmp_path / name).read_bytes()
         mesh = parse_mesh(data, name)
         counts = counts_of(tmp_path / name, data)
@@ -40,6 +41,12 @@ def test_counts_are_those_of_the_reader(tmp_path, family):
         assert counts.fits(mesh.polygons) == (("face", "vertex") if family == "tetrahedron" else ("face",))
         assert counts.fits(counts.edges) == ("edge",)
         assert counts.fits(counts.edges + 10**6) == ()
+
+
+def test_triangles_of_a_soup_have_as_many_edges_as_vertices(tmp_path):
+    vertices, faces = np.random.default_rng(0).random((30, 3)), np.arange(30).reshape(10, 3)
+    write_obj(tmp_path / "a.obj", vertices, faces)
+    assert counts_of(tmp_path / "a.obj", (tmp_path / "a.obj").read_bytes()).fits(30) == ("vertex", "edge")
 
 
 def test_edges_of_other_polygons_are_not_counted(tmp_path):

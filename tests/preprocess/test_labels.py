@@ -35,8 +35,9 @@ def test_a_line_that_is_no_class_is_refused_with_its_number(content):
 
 
 def test_whole_numbers_that_numpy_wrote_are_integers():
-    written = FORMS["lines"](b"1.000000000000000000e+00\n2.\n-1.0\n+3\n1.5\n1e3\n1_0\nnan\n", "", "x")
-    assert written.values == (1, 2, -1, 3, "1.5", "1e3", "1_0", "nan")
+    written = FORMS["lines"](b"1.000000000000000000e+00\n2.\n-1.0E+00\n+3\n1.5\n1e3\n1_0\nnan\n1e400\n", "", "x")
+    assert written.values == (1, 2, -1, 3, "1.5", 1000, "1_0", "nan", "1e400")
+    assert FORMS["lines"](b"9" * 5000, "", "x").values == ("9" * 5000,)
 
 
 def test_the_domain_is_found_by_count():

@@ -144,3 +144,17 @@ def test_few_shot_subsets_are_nested_and_stratified(seed):
 def test_draws_depend_on_the_seed_and_not_on_the_order(draw, members):
     assert draw(members[::-1], 0) == draw(members, 0)
     assert any(draw(members, seed) != draw(members, 0) for seed in range(1, 4))
+
+
+@pytest.mark.parametrize(
+    ("fractions", "counts"),
+    [
+        ({"test": 1.0, "val": 0.0, "train": 0.0}, {"test": 100}),
+        ({"test": 0.5, "val": 0.5, "train": 0.0}, {"test": 50, "val": 50}),
+        ({"test": 0.999, "train": 0.001}, {"test": 99, "train": 1}),
+        ({"test": 0.0, "val": 0.0, "train": 1.0}, {"train": 100}),
+    ],
+)
+@pytest.mark.parametrize("members", [MEMBERS, [Member(f"{i:03}") for i in range(100)]], ids=["classes", "plain"])
+def test_shares_of_nothing_and_of_all(fractions, counts, members):
+    assert Counter(draw_fractions(members, fractions, 0).values()) == counts

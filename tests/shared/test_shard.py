@@ -171,6 +171,8 @@ def put(name, place, value):
         (put("face_adjacency", (3, 1), 8), "'face_adjacency' has an index outside its mesh"),
         (put("face_adjacency", (3, 1), -2), "'face_adjacency' has an index outside its mesh"),
         (put("face_source", 7, 8), "'face_source' has a polygon that the mesh file does not have"),
+        (put("polygons", 0, 2**31 - 1), "'polygons' is more than the triangles there were"),
+        (put("label_domain", 0, b"side"), "'label_domain' is 'side'"),
         (put("face_source", 7, -1), "'face_source' has a polygon that the mesh file does not have"),
         (lambda f: f.create_dataset("vertex_source", data=np.full(90, -1, "<i4")), "'vertex_source' has a negative"),
         (

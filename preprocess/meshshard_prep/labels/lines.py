@@ -19,8 +19,8 @@ def read_lines(data: bytes, _name: str, place: str) -> Written:
 def value_of(text: bytes) -> int | str:
     """A decimal integer, also as 1.0 or 1.000e+00, which numpy.savetxt writes; else a name. 1_0, which Python would
     take, is a name."""
-    if re.fullmatch(rb"[+-]?[0-9]+", text):
+    if re.fullmatch(rb"[+-]?[0-9]{1,1000}", text):
         return int(text)
-    if re.fullmatch(rb"[+-]?[0-9]{1,15}\.[0-9]*(e[+-]?[0-9]{1,2})?", text) and float(text).is_integer():
+    if re.fullmatch(rb"[+-]?[0-9]{1,15}(\.[0-9]{0,30})?([eE][+-]?[0-9]{1,2})?", text) and float(text).is_integer():
         return int(float(text))
     return text.decode(errors="replace")

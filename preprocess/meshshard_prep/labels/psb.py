@@ -40,6 +40,8 @@ def read_psb(data: bytes, _name: str, place: str) -> Written:
     if len(numbers) and numbers.min() < 1:
         bad = int(np.argmin(numbers))
         raise bad_label("faces count from 1", f"this is {numbers[bad]}", f"{place}:{line_of[bad]}", ADVICE)
+    if not words:
+        raise bad_label("a list of parts names faces", "this one names none", place, ADVICE)
     which = np.repeat(np.array(parts, dtype=np.int64), sizes)
     first = _first_of_each(numbers, which, line_of, tuple(distinct), place)
     numbers, which, line_of = numbers[first] - 1, which[first], line_of[first]

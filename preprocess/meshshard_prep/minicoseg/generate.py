@@ -6,6 +6,7 @@ from pathlib import Path
 
 from joblib import Parallel, delayed
 
+from meshshard.files import LOCK_NAME, lock_folder
 from meshshard_prep.minicoseg.classes import CLASSES
 from meshshard_prep.minicoseg.collection import Collection
 from meshshard_prep.minicoseg.labelled import LabelledMesh
@@ -29,15 +30,27 @@ def generate(
     it is, the set is whole. What an earlier run with the same settings wrote is not made again. Gives the number of
     meshes that were made now. `jobs`: processes, -1 for one a core. `progress(done, total, 0)` is called after each.
 
-    Raises FileExistsError, before anything is written, if the folder holds meshes of other settings.
+    Raises FileExistsError, before anything is written, if the folder holds meshes of other settings or anything else,
+    UsageError if another process is at it.
     """
     places = {
         (family, index): folder / collection.split(family, index) / f"{family}_{index:03d}.obj"
         for family, index in collection
     }
+    with lock_folder(folder):
+        return _generate(folder, collection, places, jobs, progress)
+
+
+def _generate(
+    folder: Path,
+    collection: Collection,
+    places: dict[tuple[str, int], Path],
+    jobs: int,
+    progress: Callable[[int, int, int], None] | None,
+) -> int:
     _check_owner(folder, _readme(collection))
     for name in (*SPLITS, "seg"):
-        (folder / name).mkdir(parents=True, exist_ok=True)
+        (folder / name).mkdir(exist_ok=True)
     if not (folder / README).exists():
         _write(folder / UNFINISHED, _readme(collection))
         _write(folder / DESCRIPTION, _description(folder.resolve().name, collection))
@@ -55,11 +68,11 @@ def generate(
 
 def _check_owner(folder: Path, readme: str) -> None:
     said = [folder / name for name in (README, UNFINISHED) if (folder / name).exists()]
-    foreign = any(path for split in SPLITS for path in (folder / split).glob("*.obj")) if not said else False
+    foreign = not said and any(path.name != LOCK_NAME for path in folder.iterdir())
     if foreign or any(path.read_text(encoding="utf-8") != readme for path in said):
         there = said[0].read_text(encoding="utf-8").splitlines()[2] if said else "nobody knows which"
         raise FileExistsError(
-            f"{folder} holds other meshes ({there}), and two sets would be mixed; give an empty folder"
+            f"{folder} holds other files ({there}), and two sets would be mixed; give an empty folder"
         )
 
 

@@ -20,9 +20,9 @@ from meshshard_prep.prepare.traced import Traced
 def simplify(mesh: Traced, target: int) -> tuple[Traced, dict[str, int]]:
     """Collapse edges of the working copy down to `target` faces, or as far as its topology allows.
 
-    A mesh with no more faces stays as it is. Each new vertex is told its nearest vertex of the mesh before, and each
-    new triangle the nearest triangle before at `POINTS` points. InvalidMesh: nothing is left. UsageError: pymeshlab
-    is not there. Lost: its process was.
+    A mesh with no more faces stays as it is, and so does one whose topology allows no collapse. Each new vertex is
+    told its nearest vertex of the mesh before, and each new triangle the nearest triangle before at `POINTS` points.
+    InvalidMesh: nothing is left. UsageError: pymeshlab is not there. Lost: its process was.
     """
     counts = {"faces_before": len(mesh.faces)}
     if len(mesh.faces) <= target:
@@ -30,6 +30,8 @@ def simplify(mesh: Traced, target: int) -> tuple[Traced, dict[str, int]]:
     working = mesh.working()
     surface = np.flatnonzero(face_areas(working.vertices, working.faces) > 0)
     vertices, faces = _collapsed(working.vertices, working.faces, target)
+    if len(faces) == len(working.faces):
+        return mesh, counts  # its topology allows nothing
     if len(faces) == 0 or len(surface) == 0:
         raise InvalidMesh(
             "no-faces",

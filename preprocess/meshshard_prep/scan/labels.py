@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from meshshard.errors import InvalidMesh
@@ -34,7 +34,8 @@ Told = Callable[[int, int], None]
 class Labelling:
     """One way in which meshes have labels. `pattern`: as labels.files takes it, empty for labels in the mesh file.
     `fits`: domain -> meshes whose count fits. `of`: source of such a mesh -> its labels. `odd`: files that are no
-    labels of their mesh, with the reason. `missing`: meshes without such a file."""
+    labels of their mesh, with the reason. `missing`: meshes without such a file; `sharing`: those whose file an earlier
+    one has too."""
 
     pattern: str
     form: str
@@ -43,6 +44,7 @@ class Labelling:
     of: Mapping[str, frozenset[int | str]]
     odd: tuple[str, ...]
     missing: tuple[str, ...]
+    sharing: tuple[str, ...] = ()
 
     @property
     def domains(self) -> tuple[str, ...]:
@@ -70,8 +72,13 @@ def labels_in_files(root: Path, pattern: Pattern, counts: Mapping[str, Counts], 
         if any(_fit(read, mesh, counts[mesh])[0] for mesh in _sample(there)):
             found = _labelling(pattern.text, form, "", read, there, counts, told)
             if found is not None:
-                return found
+                return replace(found, sharing=_sharing(there, pattern.files))
     return None
+
+
+def _sharing(meshes: Sequence[str], files: Mapping[str, str]) -> tuple[str, ...]:
+    first = {files[mesh]: mesh for mesh in reversed(meshes)}
+    return tuple(mesh for mesh in meshes if first[files[mesh]] != mesh)
 
 
 def labels_in_meshes(entries: Sequence[Entry], counts: Mapping[str, Counts], told: Told) -> list[Labelling]:

@@ -47,9 +47,9 @@ def _kind(path: Path, names: Names) -> str:
     except UsageError:
         return ""
     enough = max(LEAST_SHARE * len(rows), 2)
-    if sum(bool(names.find(row)) for row in rows) >= enough:
+    if sum(len(names.find(row)) == 1 for row in rows) >= enough:
         return "meshes"
-    pairs = [(mesh, label) for mesh, label in map(parts_of_row, rows) if label and names.find(mesh)]
+    pairs = [(mesh, label) for mesh, label in map(parts_of_row, rows) if label and len(names.find(mesh)) == 1]
     labels = {label for _, label in pairs}
     return "classes" if len(pairs) >= enough and 1 < len(labels) <= len(pairs) / 2 else ""
 

@@ -70,6 +70,8 @@ def _labelling(labelling: Labelling, meshes: int) -> Iterator[tuple[str, str]]:
     yield "", f"{len(labelling.values)} labels: {_some([f'{v} in {c:,}' for v, c in labelling.values.items()], 20)}"
     if labelling.missing:
         yield "", f"{len(labelling.missing)} meshes have no such file: {_some(labelling.missing)}"
+    if labelling.sharing:
+        yield "", f"{len(labelling.sharing)} meshes share their file with another one: {_some(labelling.sharing)}"
     if labelling.odd:
         yield "", f"{len(labelling.odd)} do not fit: {_some(labelling.odd, 2)}"
 
@@ -122,5 +124,6 @@ def _labelling_table(labelling: Labelling) -> dict[str, Any]:
         "fits": dict(labelling.fits),
         "labels": {str(value): count for value, count in labelling.values.items()},
         "missing": list(map(printable, labelling.missing)),
+        "sharing": list(map(printable, labelling.sharing)),
         "odd": list(map(printable, labelling.odd)),
     }

@@ -249,3 +249,25 @@ def test_folders_of_classes_and_a_note_where_that_cannot_be(tmp_path, which, mes
     assert len(dataset.classes) == classes
     assert len(dataset.notes) == bool(note)
     assert re.search(note, "".join(dataset.notes))
+
+
+def test_integer_classes_of_a_list_are_in_order_and_names_of_several_meshes_are_refused(tmp_path):
+    for number in range(12):
+        write_obj(tmp_path / "x" / f"m{number}.obj", *box())
+    (tmp_path / "classes.csv").write_text("".join(f"m{number},{number}\n" for number in range(12)))
+    dataset = toml(tmp_path, '[labels]\nmesh = "classes.csv"\n')
+    assert dataset.classes == tuple(map(str, range(12)))
+    assert {entry.id: entry.mesh_label for entry in dataset.entries} == {f"x/m{n}": n for n in range(12)}
+    write_obj(tmp_path / "y" / "m3.obj", *box())
+    with pytest.raises(UsageError, match=r"classes.csv:4: 'm3' names 2 meshes, x/m3, y/m3; write more of the path"):
+        toml(tmp_path, '[labels]\nmesh = "classes.csv"\n')
+
+
+def test_names_of_classes_that_no_shard_can_hold_are_refused_before_anything_is_computed(tmp_path):
+    write_obj(tmp_path / "a.obj", *box())
+    write_labels(tmp_path / "a.seg", FACES)
+    names = {"a" * 40_000: 5, "b" * 40_000: 9}
+    text = "[classes]\n" + "".join(f"{name} = {label}\n" for name, label in names.items())
+    with pytest.raises(UsageError, match=r"has 2 classes, which take 80008 bytes; a data set has at most"):
+        run(toml(tmp_path, text), tmp_path / "out", RECIPES["paper"], jobs=1)
+    assert not (tmp_path / "out" / "index.json").exists()

@@ -50,7 +50,11 @@ def raw(tmp_path):
             "[labels]\nfiles = '{stm}.seg'",
             "2: labels.files may have {stem}, .*{below}, not {stm}; do you mean 'stem'",
         ),
-        ("[labels]\nfiles = '{stem.seg'", "2: labels.files has a brace too many or too few"),
+        ("[labels]\nfiles = '{stem.seg'", "2: labels.files names one file for all meshes: '{stem.seg'; write {stem}"),
+        ("[labels]\nfiles = '{stem:>3000000000}'", "2: labels.files may have {stem}, .*not {stem:>3000000000}"),
+        ("[classes]\na = -1", "2: classes has the label -1 for 'a', and -1 always means unlabelled"),
+        ("meshes = '[z-a].obj'", "1: '\\[z-a\\].obj' is no pattern"),
+        ("[splits]\ngroup = '(a){4294967296}'", "2: splits.group is a regular expression"),
         (
             "[labels]\nfiles = '{stem}.seg'\nmesh = 'folder'",
             "2: labels.files does not go with labels.mesh = 'folder'",
@@ -108,3 +112,9 @@ def test_what_is_no_text_is_told(raw):
     (raw / "my.toml").write_bytes(b"name = '\xff'")
     with pytest.raises(UsageError, match=r"my.toml cannot be read: 'utf-8' codec"):
         read_dataset(str(raw / "my.toml"))
+
+
+def test_lists_in_lists_without_end(tmp_path):
+    (tmp_path / "my.toml").write_text(f"classes = {'[' * 5000}")
+    with pytest.raises(UsageError, match=r"my.toml cannot be read: maximum recursion"):
+        read_dataset(str(tmp_path / "my.toml"))

@@ -66,6 +66,7 @@ MISTAKES = [
     ("ply", ply("").replace(b"float x", b"int label"), r"one property .* called 'label', but 2 have it"),
     ("obj-group", b"g 1\nf 1 2 3\ng arm\nf 1 2 3\n", r"x:2: a label is one of -1, 1, but this one is '1'"),
     ("obj-group", b"g a\nf \xff\n", r"x:2: the text is UTF-8, but it has byte 0xff"),
+    ("psb", b"", r"x: a list of parts names faces, but this one names none"),
     ("psb", b"3 4\n", r"x:1: the name of a part is before its faces, but there is none"),
     ("psb", b"arm\n3 4\n\n5 x\n", r"x:4: numbers of faces are integers, but this is 'x'"),
     ("psb", b"arm\n3 4\n5 1_0\n", r"x:3: numbers of faces are integers, but this is '1_0'"),

@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
 
+from meshshard.errors import UsageError
+from meshshard.files import lock_folder
 from meshshard.recipe import RECIPES
 from meshshard_prep.datasets import read_dataset
 from meshshard_prep.minicoseg import CLASSES, FAMILIES, Collection, generate, make_mesh
@@ -23,7 +25,11 @@ def assert_same_but_for_the_name(folder, other):
 
 
 def files(folder):
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file() and path.name != ".lock"
+    }
 
 
 def test_every_mesh_is_in_one_split_and_has_its_labels(folder):
@@ -74,7 +80,7 @@ def test_more_meshes_leave_the_earlier_ones_as_they_were(folder, tmp_path):
 @pytest.mark.parametrize("other", [{"seed": 1, "count": 9}, {"count": 6}, {"count": 9, "faces": 500}])
 def test_another_set_is_not_mixed_in(folder, other):
     before = files(folder)
-    with pytest.raises(FileExistsError, match=r"holds other meshes \(seed 0, 9 meshes, .*empty folder"):
+    with pytest.raises(FileExistsError, match=r"holds other files \(seed 0, 9 meshes, .*empty folder"):
         generate(folder, Collection(**other))
     assert files(folder) == before
 
@@ -83,6 +89,18 @@ def test_meshes_that_nobody_speaks_for_are_not_mixed_in(tmp_path):
     (tmp_path / "val").mkdir()
     (tmp_path / "val" / "chair_000.obj").touch()
     with pytest.raises(FileExistsError, match=r"nobody knows which.*two sets would be mixed"):
+        generate(tmp_path, Collection(count=3))
+
+
+def test_files_of_others_are_left_alone(tmp_path):
+    (tmp_path / "dataset.toml").write_text("precious = 1")
+    with pytest.raises(FileExistsError, match=r"nobody knows which"):
+        generate(tmp_path, Collection(count=3))
+    assert (tmp_path / "dataset.toml").read_text() == "precious = 1"
+
+
+def test_two_at_once_are_one(tmp_path):
+    with lock_folder(tmp_path), pytest.raises(UsageError, match="another run is writing to"):
         generate(tmp_path, Collection(count=3))
 
 

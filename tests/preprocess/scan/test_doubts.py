@@ -119,3 +119,11 @@ def test_labels_of_vertices_come_with_the_line_that_makes_them_those_of_faces(tm
     assert read_dataset(str(toml)).entries[0].labels.to == ""
     toml.write_text(toml.read_text().replace("# to =", "to ="))
     assert read_dataset(str(toml)).entries[0].labels.to == "face"
+
+
+def test_meshes_that_share_a_label_file_are_told(tmp_path, capsys):
+    for split in ("train", "test"):
+        write_obj(tmp_path / "raw" / split / "m0.obj", *bumpy(len(split), 1))
+    write_labels(tmp_path / "raw" / "seg" / "m0.seg", [1, 2] * 16)
+    _, found = scanned(tmp_path / "raw", tmp_path, capsys)
+    assert found["labels"][0]["sharing"] == ["train/m0.obj"]

@@ -74,7 +74,7 @@ def _wanted(document: Document, entries: tuple[Entry, ...], root: Path) -> tuple
     globs = document.get("meshes")
     wanted = set()
     for number, glob in enumerate([globs] if isinstance(globs, str) else globs):
-        pattern = glob_pattern(glob)
+        pattern = glob_pattern(glob, document.place("meshes", number))
         found = [entry.id for entry in entries if pattern.fullmatch(entry.source)]
         if not found:
             rule = (

@@ -61,6 +61,11 @@ def _by_label(document: Document, folder: str, table: Mapping[str, Any], number:
     names = {value: "" for value in found}
     for name, value in table.items():
         for label in value if isinstance(value, list) else [value]:
+            if label == UNLABELLED:
+                inside = (folder, name) if folder else (name,)
+                raise document.wrong(
+                    "classes", f"has the label -1 for {name!r}, and -1 always means unlabelled", *inside
+                )
             if label in found:
                 other = f"the class {names[label]!r}" if names[label] else "labels.unlabelled"
                 inside = (folder, name) if folder else (name,)

@@ -55,7 +55,7 @@ def read_document(path: Path) -> Document:
         line = place.removeprefix("line ").split(",")[0]  # or "end of document"
         line = line if line.isdigit() else str(len(text.splitlines()))
         raise UsageError(f"{path}:{line}: this is no TOML: {what[0].lower()}{what[1:]}") from error
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise UsageError(f"{path} cannot be read: {error}") from error
     document = Document(path=path, values=_flat(table), lines=lines_of_keys(text))
     for key, value in document.values.items():

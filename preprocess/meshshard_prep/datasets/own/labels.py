@@ -1,7 +1,7 @@
 """The table [labels] for labels of faces, edges or vertices: which file holds those of each mesh."""
 
 import posixpath
-import string
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
@@ -17,6 +17,7 @@ IN_MESH = ("ply", "obj-group", "obj-material")
 """Forms whose labels are in the mesh file itself."""
 
 PLACEHOLDERS = ("stem", "name", "folder", "below")
+_PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
 
 
 def filled_in(pattern: str, source: str) -> str:
@@ -24,7 +25,8 @@ def filled_in(pattern: str, source: str) -> str:
     it, {folder} its folder, {below} that without the first part: meshes/{below} beside labels/{below}."""
     path = PurePosixPath(source)
     below = PurePosixPath(*path.parts[1:-1])
-    return posixpath.normpath(pattern.format(stem=path.stem, name=path.name, folder=path.parent, below=below))
+    values = {"stem": path.stem, "name": path.name, "folder": str(path.parent), "below": str(below)}
+    return posixpath.normpath(_PLACEHOLDER.sub(lambda found: values.get(found[1], found[0]), pattern))
 
 
 def with_label_files(document: Document, root: Path, entries: Sequence[Entry]) -> tuple[Entry, ...]:
@@ -76,10 +78,7 @@ def _label_file(document: Document, path: Path) -> LabelFile:
 def _places(document: Document, entries: Sequence[Entry]) -> list[str]:
     """The pattern filled in for each mesh; a path below the raw folder."""
     pattern = document.get("labels.files")
-    try:
-        fields = [field for _, field, _, _ in string.Formatter().parse(pattern) if field is not None]
-    except ValueError:
-        raise document.wrong("labels.files", f"has a brace too many or too few: {pattern!r}") from None
+    fields = _PLACEHOLDER.findall(pattern)
     if not fields:
         raise document.wrong("labels.files", f"names one file for all meshes: {pattern!r}; write {{stem}} in it")
     for field in fields:

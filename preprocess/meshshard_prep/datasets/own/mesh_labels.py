@@ -26,7 +26,11 @@ def with_mesh_labels(
         written, notes = _by_folder(document, entries)
     else:
         written, notes = _by_list(document, root / value, entries)
-    names, classes = _classes(document, sorted(set(written.values())))
+    # 10 comes after 9: integers in order, as everywhere
+    values = sorted(
+        set(written.values()), key=lambda text: (not text.isdecimal(), int(text) if text.isdecimal() else 0, text)
+    )
+    names, classes = _classes(document, values)
     labelled = tuple(
         replace(entry, mesh_label=classes[written[entry.id]]) for entry in entries if entry.id in written
     )
@@ -58,7 +62,7 @@ def _by_list(document: Document, path: Path, entries: Sequence[Entry]) -> tuple[
     strange = []
     for number, line in rows_of(path, document.place("labels.mesh")):
         name, label = parts_of_row(line)
-        found = names.find(name) if label else []
+        found = names.one(name, f"{path.name}:{number}") if label else []
         strange += [] if found else [(number, line)]
         for entry in found:
             if written.setdefault(entry.id, label) != label:

@@ -28,11 +28,19 @@ class Names:
         name = name.removeprefix("./")
         return self._exact.get(name) or self._last.get(name) or []
 
-    def match(self, name: str) -> list[Entry]:
+    def one(self, name: str, place: str) -> list[Entry]:
+        """The mesh of that name, or none. UsageError: it is the file name of several; `place` says who names it."""
+        found = self.find(name)
+        if len(found) > 1:
+            known = ", ".join(entry.id for entry in found[:3])
+            raise UsageError(f"{place}: {name!r} names {len(found)} meshes, {known}; write more of the path")
+        return found
+
+    def match(self, name: str, place: str) -> list[Entry]:
         """The same, or those whose id or path is like a pattern."""
-        if found := self.find(name):
+        if found := self.one(name, place):
             return found
-        pattern = glob_pattern(name)
+        pattern = glob_pattern(name, place)
         return [entry for entry in self.entries if pattern.fullmatch(entry.id) or pattern.fullmatch(entry.source)]
 
     @property
@@ -41,8 +49,11 @@ class Names:
         return self.entries[0].id
 
 
-def glob_pattern(glob: str) -> re.Pattern[str]:
-    """A glob for paths: * and ? stay within a folder, **/ is any folders or none, [abc] is one of these."""
+def glob_pattern(glob: str, place: str) -> re.Pattern[str]:
+    """A glob for paths: * and ? stay within a folder, **/ is any folders or none, [abc] is one of these.
+
+    UsageError: a range like [z-a]; `place` says who has it.
+    """
     parts = re.split(r"(\*\*/|\*\*|\*|\?|\[!?\]?[^]]*\])", glob)
     meaning = {"**/": "(?:.*/)?", "**": ".*", "*": "[^/]*", "?": "[^/]"}
     words = [
@@ -51,7 +62,10 @@ def glob_pattern(glob: str) -> re.Pattern[str]:
         else re.escape(part)
         for number, part in enumerate(parts)
     ]
-    return re.compile("".join(words), re.DOTALL)
+    try:
+        return re.compile("".join(words), re.DOTALL)
+    except re.error as error:
+        raise UsageError(f"{place}: {glob!r} is no pattern: {error}; write [[] for a bracket itself") from error
 
 
 def rows_of(path: Path, place: str) -> list[tuple[int, str]]:

@@ -62,7 +62,7 @@ def _grouped(document: Document, entries: tuple[Entry, ...]) -> tuple[Entry, ...
     text = document.get("splits.group")
     try:
         pattern = re.compile(text)
-    except re.error as error:
+    except (re.error, OverflowError, RecursionError) as error:
         raise document.wrong("splits.group", f"is a regular expression, and {text!r} is none: {error}") from None
     if pattern.groups != 1:
         raise document.wrong("splits.group", f"has one pair of parentheses, as '(.*)_pose', not {text!r}")
@@ -94,7 +94,7 @@ def _by_lists(document: Document, dataset: RawDataset, root: Path) -> RawDataset
     for split, key in zip(SPLITS, LISTS, strict=True):
         strange = []
         for place, name in _items(document, key, root):
-            found = names.match(name)
+            found = names.match(name, place)
             strange += [] if found else [(place, name)]
             for entry in found:
                 if taken.setdefault(entry.id, split) != split:

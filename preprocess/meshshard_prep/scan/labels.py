@@ -34,8 +34,8 @@ Told = Callable[[int, int], None]
 class Labelling:
     """One way in which meshes have labels. `pattern`: as labels.files takes it, empty for labels in the mesh file.
     `fits`: domain -> meshes whose count fits. `of`: source of such a mesh -> its labels. `odd`: files that are no
-    labels of their mesh, with the reason. `missing`: meshes without such a file; `sharing`: those whose file an earlier
-    one has too."""
+    labels of their mesh, with the reason. `missing`: meshes without such a file; `sharing`: those whose file is an
+    earlier one's too."""
 
     pattern: str
     form: str

@@ -213,7 +213,7 @@ def test_licences_are_those_that_packages_declare(name):
         pytest.skip(f"{name} is not installed")
     classifiers = [text for text in declared.get_all("Classifier") or [] if text.startswith("License ::")]
     said = " ".join(
-        [declared["License-Expression"] or " ".join((declared["License"] or "")[:200].split()), *classifiers]
+        [declared.get("License-Expression") or " ".join(declared.get("License", "")[:200].split()), *classifiers]
     )
     _, licence = table((DOCS / "licences.md").read_text())[name]
     families = [words for family, words in WORDS.items() if licence.startswith(family)]

@@ -10,6 +10,7 @@ from samples import PAPER, sample, write_dataset
 
 from meshshard import open_dataset
 from meshshard.label_lines import as_lines, line_labels
+from meshshard.sample import DIAGNOSTICS
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import paper
 from meshshard_train.data import input_size
@@ -21,7 +22,9 @@ from meshshard_train.prediction_files import write_predictions
 def test_lines_are_those_of_the_rule(tmp_path, simplify):
     recipe = replace(PAPER, steps=("weld",), simplify=simplify)
     source = np.arange(0, 64, 2, dtype="i4")  # every other face of the file was left out
-    mesh = sample(1, face_source=source, polygons=64, vertex_source=np.arange(18, dtype="i4"))
+    counts = dict.fromkeys(DIAGNOSTICS, 0) | {"dropped_faces": 32}
+    vertex_source = np.arange(18, dtype="i4")
+    mesh = sample(1, face_source=source, polygons=64, vertex_source=vertex_source, diagnostics=counts)
     dataset = open_dataset(write_dataset(tmp_path / "shards", [mesh], [""], recipe=recipe))
     config = paper("segmentation", precision="fp32")
     network = TaskDrivenNet(input_size(config, len(recipe.times)), 3)

@@ -33,8 +33,14 @@ def on_this_machine(task: Task, jobs: Sequence[Job], workers: int) -> Iterator[O
         initializer=_start_worker,
         initargs=(os.getpid(),),
     )
+    # workers inherit the mask: Ctrl-C is for the parent also while they start, else one dies holding loky's locks
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        yield from parallel(joblib.delayed(task)(job) for job in jobs)
+        outcomes = parallel(joblib.delayed(task)(job) for job in jobs)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    try:
+        yield from outcomes
     except TerminatedWorkerError:
         return
 

@@ -238,11 +238,11 @@ def test_mistakes_say_what_to_type(tmp_path, words, message):
 
 def test_bad_options_of_training(world):
     for words, message in (
-        (("--recipe", "x"), "there are paper"),
+        (("--recipe", "x"), "there are paper, official"),
         (("--device", "tpu"), "--device is auto, cpu or cuda"),
         (
             ("--features", "colour"),
-            "dihedral, hks, dihedral_official, not ('colour',)",
+            "dihedral_signed, dihedral_official, not ('colour',)",
         ),
     ):
         status, _, error = meshshard("train", "shards", *words, cwd=world)

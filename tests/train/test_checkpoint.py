@@ -10,8 +10,9 @@ from samples import PAPER
 from meshshard.errors import UsageError
 from meshshard_train import checkpoint
 from meshshard_train.checkpoint import Checkpoint
-from meshshard_train.config import TrainConfig, paper
+from meshshard_train.config import TrainConfig
 from meshshard_train.model import TaskDrivenNet
+from meshshard_train.recipes import paper
 
 
 @pytest.fixture

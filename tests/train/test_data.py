@@ -8,33 +8,30 @@ from shapes import rotation
 
 from meshshard import UsageError, open_dataset
 from meshshard.recipe import RECIPES
-from meshshard_train.config import paper
-from meshshard_train.data import (
-    check_task,
-    collate,
-    epoch_order,
-    evaluation_batches,
-    input_size,
-    inputs_of,
-    packed,
-    quarter_turn,
-    training_batches,
-)
+from meshshard_train.data import collate, epoch_order, packed, prepare, quarter_turn, steps_of
+from meshshard_train.inputs import input_size, inputs_of
+from meshshard_train.loading import Loading, Meshes
+from meshshard_train.recipes import paper
+from meshshard_train.tasks import check_task
 
 CONFIG = paper("segmentation")
+
+
+def pack(samples, numbers, config, epoch):
+    return collate([prepare(s, config) for s in samples], numbers, config, epoch)
 
 
 def test_inputs_have_the_announced_channels():
     inputs = inputs_of(sample(0), CONFIG)
     assert inputs.shape == (18, input_size(CONFIG, 16)) == (18, 23)
-    assert inputs.dtype == np.float32
+    assert inputs.dtype == torch.float32
     np.testing.assert_array_equal(inputs[:, :3], sample(0).vertices)
     only = replace(CONFIG, features=("hks", "vertices"))
     np.testing.assert_array_equal(inputs_of(sample(0), only)[:, 16:], sample(0).vertices)
 
 
 def test_log_standard_scaling():
-    inputs = inputs_of(sample(0), CONFIG)
+    inputs = inputs_of(sample(0), CONFIG).numpy()
     np.testing.assert_allclose(inputs[:, 6:].mean(axis=0), 0, atol=1e-5)
     np.testing.assert_allclose(inputs[:, 6:].std(axis=0), 1, atol=1e-5)
     logs = np.log(sample(0).hks)
@@ -42,7 +39,7 @@ def test_log_standard_scaling():
 
 
 def test_min_max_scaling():
-    inputs = inputs_of(sample(0), replace(CONFIG, scaling="min-max"))
+    inputs = inputs_of(sample(0), replace(CONFIG, scaling="min-max")).numpy()
     np.testing.assert_allclose(
         [inputs[:, 6:].min(axis=0), inputs[:, 6:].max(axis=0)], [[0] * 17, [1] * 17], atol=1e-6
     )
@@ -68,9 +65,10 @@ def test_vertices_without_a_face_take_no_part_in_scaling(scaling):
     assert not found[-1].any()
 
 
-def test_rotation_turns_positions_and_normals_only():
+def test_rotation_turns_positions_and_normals_only(monkeypatch):
     turn = rotation().astype("f4")
-    plain, turned = inputs_of(sample(0), CONFIG), inputs_of(sample(0), CONFIG, turn)
+    monkeypatch.setattr("meshshard_train.data.quarter_turn", lambda *_: turn)
+    plain, turned = inputs_of(sample(0), CONFIG).numpy(), pack([sample(0)], [0], CONFIG, 0).features_VC.numpy()
     np.testing.assert_allclose(turned[:, :3], plain[:, :3] @ turn.T, atol=1e-6)
     np.testing.assert_allclose(turned[:, 3:6], plain[:, 3:6] @ turn.T, atol=1e-6)
     np.testing.assert_array_equal(turned[:, 6:], plain[:, 6:])
@@ -99,6 +97,8 @@ def test_order_depends_on_seed_and_epoch_alone():
 def test_packing_fills_the_budget():
     sizes = [5, 5, 5, 20, 1, 1, 9]
     assert list(packed(range(7), sizes, 10)) == [[0, 1], [2], [3], [4, 5], [6]]
+    assert list(packed(range(7), sizes, 10, most=1)) == [[n] for n in range(7)]
+    assert list(packed(range(7), sizes, 100, most=3)) == [[0, 1, 2], [3, 4, 5], [6]]
     assert list(packed([], sizes, 10)) == []
 
 
@@ -106,15 +106,16 @@ def test_each_mesh_once_an_epoch(tmp_path):
     dataset = open_dataset(toy_dataset(tmp_path))
     config = replace(CONFIG, batch_vertices=100)
     numbers = dataset.splits["train"]
-    batches = list(training_batches(dataset, numbers, config, 0))
-    assert sorted(n for batch in batches for n in batch.numbers) == list(numbers)
-    assert len(batches) > 2
-    assert [n for batch in evaluation_batches(dataset, numbers, config) for n in batch.numbers] == list(numbers)
+    steps = steps_of(numbers, dataset.vertex_counts, config, 0)
+    assert sorted(n for step in steps for n in step) == list(numbers)
+    assert len(steps) > 2
+    meshes = Meshes(dataset, config, torch.device("cpu"), Loading())
+    assert [n for batch in meshes.evaluation_batches(numbers) for n in batch.numbers] == list(numbers)
 
 
 def test_collate_keeps_meshes_apart():
     samples = [sample(0), sample(1, level=0), sample(2)]
-    batch = collate(samples, [4, 5, 6], CONFIG, None)
+    batch = pack(samples, [4, 5, 6], CONFIG, None)
     assert batch.drop_BL is None
     assert torch.bincount(batch.mesh_V).tolist() == [18, 6, 18]
     assert torch.bincount(batch.mesh_F).tolist() == [32, 8, 32]
@@ -124,10 +125,10 @@ def test_collate_keeps_meshes_apart():
 
 def test_a_mesh_is_treated_the_same_whatever_it_is_packed_with():
     samples = [sample(0), sample(1, level=0), sample(2)]
-    together, alone = collate(samples, [4, 5, 6], CONFIG, 3), collate(samples[1:2], [5], CONFIG, 3)
+    together, alone = pack(samples, [4, 5, 6], CONFIG, 3), pack(samples[1:2], [5], CONFIG, 3)
     torch.testing.assert_close(together.features_VC[18:24], alone.features_VC)
     torch.testing.assert_close(together.drop_BL[1:2], alone.drop_BL)
-    other = collate(samples[1:2], [5], CONFIG, 4)
+    other = pack(samples[1:2], [5], CONFIG, 4)
     assert not torch.equal(other.drop_BL, alone.drop_BL)
 
 
@@ -138,7 +139,7 @@ def test_wrong_data_sets_are_refused_by_name(tmp_path):
     with pytest.raises(UsageError, match="has no dihedral_official: its recipe is paper"):
         check_task(dataset, paper("segmentation", features=("dihedral_official",)))
     folder = write_dataset(tmp_path / "none", [sample(0, labels=None)], ["train"])
-    with pytest.raises(UsageError, match="mesh000 has no face labels"):
+    with pytest.raises(UsageError, match="has shards without face_labels"):
         check_task(open_dataset(folder), CONFIG)
 
 

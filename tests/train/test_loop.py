@@ -8,8 +8,8 @@ from samples import sample, toy_dataset, write_dataset
 
 from meshshard import UsageError, open_dataset
 from meshshard_train import checkpoint, loop
-from meshshard_train.config import paper
 from meshshard_train.loop import learning_rate, train
+from meshshard_train.recipes import paper
 from meshshard_train.results import write_results
 
 CPU = torch.device("cpu")

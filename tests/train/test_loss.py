@@ -5,10 +5,14 @@ import pytest
 import torch
 from samples import sample
 
-from meshshard_train.config import paper
-from meshshard_train.data import collate
+from meshshard_train.data import collate, prepare
 from meshshard_train.loss import logits_of, mesh_losses
 from meshshard_train.model import TaskDrivenNet
+from meshshard_train.recipes import paper
+
+
+def pack(samples, numbers, config, epoch):
+    return collate([prepare(s, config) for s in samples], numbers, config, epoch)
 
 
 def gradients(network, batches, config):
@@ -16,7 +20,7 @@ def gradients(network, batches, config):
     meshes = sum(len(batch.numbers) for batch in batches)
     network.zero_grad()
     for batch in batches:
-        logits = logits_of(network(batch.features_VC, batch.drop_BL[batch.mesh_V]), batch, config.task)
+        logits = logits_of(network(batch.features_VC, batch.mesh_V, batch.vertex_drops), batch, config.task)
         (mesh_losses(logits, batch, config.task, config.label_smoothing).sum() / meshes).backward()
     return torch.cat([p.grad.flatten() for p in network.parameters()])
 
@@ -36,8 +40,8 @@ def test_packed_is_one_by_one(task):
     def double(batch):
         return replace(batch, features_VC=batch.features_VC.double(), drop_BL=batch.drop_BL.double())
 
-    together = gradients(network, [double(collate(samples, range(5), config, 7))], config)
-    alone = gradients(network, [double(collate([s], [n], config, 7)) for n, s in enumerate(samples)], config)
+    together = gradients(network, [double(pack(samples, range(5), config, 7))], config)
+    alone = gradients(network, [double(pack([s], [n], config, 7)) for n, s in enumerate(samples)], config)
     assert (together - alone).abs().max() < 1e-6 * together.abs().max()
 
 
@@ -45,7 +49,7 @@ def test_every_mesh_weighs_the_same_and_unlabelled_faces_nothing():
     config = paper("segmentation", label_smoothing=0.0)
     labels = np.array([-1, 0, 1, -1, -1, -1, -1, -1], dtype="i2")
     samples = [sample(0, level=0, face_labels=labels), sample(1), sample(2, level=0, face_labels=labels * 0 - 1)]
-    batch = collate(samples, range(3), config, None)
+    batch = pack(samples, range(3), config, None)
     logits = torch.randn(len(batch.labels), 3)
     losses = mesh_losses(logits, batch, "segmentation", 0.0)
     log = logits.log_softmax(1)
@@ -58,7 +62,7 @@ def test_every_mesh_weighs_the_same_and_unlabelled_faces_nothing():
 def test_label_smoothing_is_torchs():
     config = paper("classification")
     samples = [sample(n, mesh_label=n) for n in range(3)]
-    batch = collate(samples, range(3), config, None)
+    batch = pack(samples, range(3), config, None)
     logits = torch.randn(3, 3)
     expected = -(0.9 * logits.log_softmax(1)[range(3), range(3)] + 0.1 * logits.log_softmax(1).mean(1))
     torch.testing.assert_close(mesh_losses(logits, batch, "classification", 0.1), expected)

@@ -71,13 +71,13 @@ def test_dropped_blocks_do_nothing():
             if isinstance(module, Block):
                 module.gamma.fill_(1.0)
     features, dropped = torch.randn(9, 4), torch.zeros(9, BLOCKS)
-    before = network(features, dropped)
+    before = network(features, None, dropped)
     assert not torch.allclose(before, network(features))
     with torch.no_grad():
         for module in network.modules():
             if isinstance(module, Block):
                 module.bottleneck[0].weight.normal_()
-    torch.testing.assert_close(network(features, dropped), before)
+    torch.testing.assert_close(network(features, None, dropped), before)
 
 
 def test_pooling_is_the_mean():

@@ -12,10 +12,10 @@ from meshshard import open_dataset
 from meshshard.label_lines import as_lines, line_labels
 from meshshard.sample import DIAGNOSTICS
 from meshshard_train.checkpoint import Checkpoint
-from meshshard_train.config import paper
-from meshshard_train.data import input_size
+from meshshard_train.inputs import input_size
 from meshshard_train.model import TaskDrivenNet
 from meshshard_train.prediction_files import write_predictions
+from meshshard_train.recipes import paper
 
 
 @pytest.mark.parametrize("simplify", [0, 8])

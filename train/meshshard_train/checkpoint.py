@@ -15,7 +15,7 @@ from meshshard.errors import UsageError
 from meshshard.files import open_regular, publish, sha256_of
 from meshshard.recipe import Recipe
 from meshshard_train.config import TrainConfig
-from meshshard_train.data import input_size
+from meshshard_train.inputs import input_size
 from meshshard_train.model import TaskDrivenNet
 
 FORMAT = "meshshard-checkpoint-1"
@@ -54,9 +54,20 @@ class Checkpoint:
 
     def network(self) -> TaskDrivenNet:
         """The network with these weights, in evaluation mode."""
-        network = TaskDrivenNet(input_size(self.config, len(self.recipe.times)), len(self.classes))
+        network = network_for(self.config, len(self.recipe.times), len(self.classes))
         network.load_state_dict({k.removeprefix("net."): v for k, v in self.tensors.items() if k.startswith("net.")})
         return network.eval()
+
+
+def network_for(config: TrainConfig, times: int, classes: int) -> TaskDrivenNet:
+    """A new network: a class, or a functional coordinate, an output."""
+    outputs = config.coordinates if config.task == "correspondence" else classes
+    return TaskDrivenNet(input_size(config, times), outputs, config.normalisation, config.backbone)
+
+
+def previous(path: Path) -> Path:
+    """Where the checkpoint is that `save` replaced last."""
+    return path.with_name(f"previous-{path.name}")
 
 
 SEAL = re.compile(rb'"sha256":"([0-9a-f]{64})"')
@@ -64,7 +75,8 @@ UNSEALED = "0" * 64
 
 
 def save(path: Path, checkpoint: Checkpoint) -> None:
-    """Publish a checkpoint: the file of that name is the old one or the new one, never a part."""
+    """Publish a checkpoint: the file of that name is the old one or the new one, never a part. The old one stays as
+    `previous(path)`."""
     metadata = {
         "format": FORMAT,
         "config": checkpoint.config.to_json(),
@@ -77,7 +89,12 @@ def save(path: Path, checkpoint: Checkpoint) -> None:
         "sha256": UNSEALED,
     }
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in checkpoint.tensors.items()}
-    publish(path, sealed(safetensors.torch.save(tensors, metadata)))
+    file = sealed(safetensors.torch.save(tensors, metadata))
+    if path.exists():
+        keep = previous(path)
+        keep.unlink(missing_ok=True)
+        keep.hardlink_to(path)
+    publish(path, file)
 
 
 def sealed(file: bytes) -> bytes:

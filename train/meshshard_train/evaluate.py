@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-import torch
-
-from meshshard import Dataset, UsageError
-from meshshard_train.config import TrainConfig
+from meshshard import UsageError
+from meshshard_train.loading import Meshes
 from meshshard_train.metrics import Confusion
 from meshshard_train.model import TaskDrivenNet
 from meshshard_train.predict import predictions
+from meshshard_train.tasks import areas_of, labels_of
+from meshshard_train.team import Team
 from meshshard_train.voting import vote
 
 VOTING_ROUNDS = (0, 1, 2, 3, 5, 8, 12, 20)
@@ -39,27 +38,29 @@ class Evaluation:
 
 def evaluate(
     network: TaskDrivenNet,
-    dataset: Dataset,
+    meshes: Meshes,
     numbers: Sequence[int],
-    config: TrainConfig,
-    device: torch.device,
     rounds: Sequence[int] = VOTING_ROUNDS,
+    team: Team = Team(),
 ) -> Evaluation:
-    """Predict every sample of `numbers` and count. UsageError for an empty split."""
+    """Predict every sample of `numbers` and count; the processes of a team share the work, and all get the result.
+    UsageError for an empty split."""
+    dataset, task = meshes.dataset, meshes.config.task
     if not numbers:
         raise UsageError(f"{dataset.folder}: the split to evaluate is empty; there are {', '.join(dataset.splits)}")
-    segmentation = config.task == "segmentation"
     raw = Confusion(len(dataset.classes))
-    voted = {count: Confusion(len(dataset.classes)) for count in rounds} if segmentation else {}
-    for number, labels, _ in predictions(network, dataset, numbers, config, device):
+    voted = {count: Confusion(len(dataset.classes)) for count in rounds} if task != "classification" else {}
+    for number, labels, _ in predictions(network, meshes, team.share(numbers)):
         sample = dataset[number]
-        if not segmentation:
-            raw.add(np.array([sample.mesh_label]), labels)
-            continue
-        assert sample.face_labels is not None
-        raw.add(sample.face_labels, labels, sample.face_areas)
+        truth, areas = labels_of(sample, task), areas_of(sample, task)
+        raw.add(truth, labels, areas)
         done = 0
         for count in sorted(voted):
             labels, done = vote(labels, sample.faces, count - done), count
-            voted[count].add(sample.face_labels, labels, sample.face_areas)
-    return Evaluation(raw=raw, voted=voted)
+            voted[count].add(truth, labels, areas)
+    total, *others = team.gather(Evaluation(raw=raw, voted=voted))
+    for other in others:
+        total.raw.merge(other.raw)
+        for count, confusion in total.voted.items():
+            confusion.merge(other.voted[count])
+    return total

@@ -1,27 +1,36 @@
 """Training, read top to bottom. One run is one folder; started again, it goes on where it stopped, to the bit."""
 
+import copy
 import json
-import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import torch
+from torch import Tensor
 
 from meshshard import Dataset, UsageError
 from meshshard.files import publish
 from meshshard_train import checkpoint
-from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import TrainConfig
-from meshshard_train.data import check_task, input_size, training_batches
+from meshshard_train.data import Batch, steps_of
 from meshshard_train.device import autocast
 from meshshard_train.evaluate import evaluate
+from meshshard_train.loading import Loading, Meshes
 from meshshard_train.loss import logits_of, mesh_losses
-from meshshard_train.model import TaskDrivenNet
+from meshshard_train.members import split_of, training_numbers
+from meshshard_train.schedule import best_epoch, is_over, learning_rate
+from meshshard_train.state import BEST, LAST, State, resume, save, started, to_checkpoint
+from meshshard_train.tasks import check_task
+from meshshard_train.team import Team
 
-LAST, BEST, METRICS = "last.safetensors", "best.safetensors", "metrics.jsonl"
+METRICS = "metrics.jsonl"
+JUDGES = {"validation": "val", "test": "test"}
+"""Configuration's `selection` -> the split that chooses the epoch."""
+SAVE_SECONDS = 300.0
+"""Between two checkpoints within an epoch."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,136 +49,105 @@ def train(
     config: TrainConfig,
     run: Path,
     device: torch.device,
-    report: Callable[[Progress], None] | None = None,
+    report: Callable[[Progress], None] = lambda progress: None,  # noqa: ARG005
+    loading: Loading = Loading(),
+    team: Team = Team(),
 ) -> list[dict[str, Any]]:
     """Train to the configuration's last epoch and return the history, one row an epoch.
 
-    `run` gets last.safetensors (network and optimiser, after every epoch), best.safetensors (the epoch with the
-    highest raw accuracy on the validation split; the first of equals) and metrics.jsonl. A run that is there goes on
-    after its last epoch; UsageError when it was started with another configuration, data or classes.
+    `run` gets last.safetensors (all of the state, after every epoch and every five minutes), best.safetensors (the
+    epoch with the highest score, the first of equals) and metrics.jsonl; the checkpoints before them stay as
+    previous-*. A run that is there goes on from its last checkpoint. UsageError when it was started with another
+    configuration, data or classes, or when a loss is not finite.
     """
     check_task(dataset, config)
-    train_numbers, val_numbers = _split(dataset, "train"), _split(dataset, "val")
-    run.mkdir(parents=True, exist_ok=True)
+    numbers, judges = training_numbers(dataset, config), split_of(dataset, JUDGES[config.selection])
+    meshes = Meshes(dataset, config, device, loading)
     torch.manual_seed(config.seed)
     if device.type == "cpu":
         torch.use_deterministic_algorithms(True)
-    network = TaskDrivenNet(input_size(config, len(dataset.recipe.times)), len(dataset.classes)).to(device)
-    optimizer = torch.optim.AdamW(
-        network.parameters(), lr=config.learning_rate, weight_decay=config.weight_decay, fused=True
+    state = started(
+        checkpoint.network_for(config, len(dataset.recipe.times), len(dataset.classes)).to(device), config
     )
-    history = _resume(run, dataset, config, network, optimizer)
-    best = max((row["val_accuracy"] for row in history), default=-math.inf)
+    run.mkdir(parents=True, exist_ok=True)
+    resume(run, state, dataset, config)
 
-    for epoch in range(len(history), config.epochs):
-        start, total, seen = time.perf_counter(), 0.0, 0
-        network.train()
-        for batch in training_batches(dataset, train_numbers, config, epoch):
-            rate = learning_rate(config, epoch + seen / len(train_numbers))
-            for group in optimizer.param_groups:
-                group["lr"] = rate
-            batch = batch.to(device)
-            drop_VL = batch.drop_BL[batch.mesh_V] if batch.drop_BL is not None else None
-            with autocast(config.precision, device):
-                logits = logits_of(network(batch.features_VC, drop_VL), batch, config.task)
-            losses_B = mesh_losses(logits, batch, config.task, config.label_smoothing)
-            optimizer.zero_grad(set_to_none=True)
-            losses_B.mean().backward()
-            optimizer.step()
-            if not torch.isfinite(losses_B).all():
-                names = [
-                    dataset.ids[n] for n, loss in zip(batch.numbers, losses_B, strict=True) if not loss.isfinite()
-                ]
-                raise UsageError(
-                    f"epoch {epoch}: the loss is not finite on {names}; lower --learning-rate, or check "
-                    "these meshes with meshshard verify --full"
-                )
-            total, seen = total + float(losses_B.detach().sum()), seen + len(batch.numbers)
-            if report:
-                report(Progress(epoch=epoch, meshes=seen, loss=total / seen, learning_rate=rate))
+    while not is_over(config, state.history):
+        start, saved = time.perf_counter() - state.seconds, time.perf_counter()
+        steps = steps_of(numbers, dataset.vertex_counts, config, state.epoch)[state.step :]
+        state.network.train()
+        for members, batch in zip(
+            steps, meshes.batches([team.share(step) for step in steps], state.epoch), strict=True
+        ):
+            rate = learning_rate(config, state.epoch + state.seen / len(numbers))
+            state.loss += _step(state, batch, members, meshes, rate, team)
+            state.seen, state.step, state.updates = state.seen + len(members), state.step + 1, state.updates + 1
+            state.seconds = time.perf_counter() - start
+            report(Progress(epoch=state.epoch, meshes=state.seen, loss=state.loss / state.seen, learning_rate=rate))
+            if team.leads and time.perf_counter() - saved > SAVE_SECONDS:
+                save(run / LAST, state, dataset, config)
+                saved = time.perf_counter()
 
-        found = evaluate(network, dataset, val_numbers, config, device, rounds=()).raw
-        row = {
-            "epoch": epoch,
-            "loss": total / seen,
-            "learning_rate": rate,
-            "val_accuracy": found.accuracy(),
-            "val_mean_iou": found.summary()["mean_iou"],
-            "seconds": round(time.perf_counter() - start, 3),
-        }
-        history.append(row)
-        state = Checkpoint(
-            tensors={f"net.{name}": tensor for name, tensor in network.state_dict().items()},
-            config=config,
-            classes=dataset.classes,
-            recipe=dataset.recipe,
-            splits_sha256=dataset.index.splits_sha256,
-            content_sha256=dataset.index.content_sha256,
-            state={
-                "epoch": epoch,
-                "val_accuracy": row["val_accuracy"],
-                "folder": str(dataset.folder.resolve()),
-                "algorithm_version": dataset.index.algorithm_version,
-            },
-        )
-        if row["val_accuracy"] > best:
-            best = row["val_accuracy"]
-            checkpoint.save(run / BEST, state)
-        _save_last(run, state, optimizer, history)
-        publish(run / METRICS, "".join(json.dumps(line) + "\n" for line in history).encode())
-        if report:
-            report(Progress(epoch=epoch, meshes=seen, loss=row["loss"], learning_rate=rate, metrics=row))
-    return history
+        row: dict[str, Any] = {"epoch": state.epoch, "loss": state.loss / state.seen, "learning_rate": rate}
+        row |= _judge(state, meshes, judges, team)
+        row["seconds"] = round(time.perf_counter() - start, 3)
+        state.history.append(row)
+        state.epoch, state.step, state.loss, state.seen, state.seconds = state.epoch + 1, 0, 0.0, 0, 0.0
+        if team.leads:
+            if best_epoch(state.history) == row["epoch"]:
+                checkpoint.save(run / BEST, to_checkpoint(state, dataset, config))
+            save(run / LAST, state, dataset, config)
+            publish(run / METRICS, "".join(json.dumps(line) + "\n" for line in state.history).encode())
+        report(Progress(epoch=row["epoch"], meshes=len(numbers), loss=row["loss"], learning_rate=rate, metrics=row))
+    return state.history
 
 
-def learning_rate(config: TrainConfig, epoch: float) -> float:
-    """Linear warm-up from a thousandth, for at most a third of the schedule, then a cosine to 0 at the last epoch.
-    `epoch` counts in fractions."""
-    warmup = min(config.warmup_epochs, config.epochs / 3)
-    if epoch < warmup:
-        return config.learning_rate * (1e-3 + (1 - 1e-3) * epoch / warmup)
-    return config.learning_rate * 0.5 * (1 + math.cos(math.pi * (epoch - warmup) / (config.epochs - warmup)))
-
-
-def _split(dataset: Dataset, name: str) -> Sequence[int]:
-    numbers = dataset.splits.get(name, ())
-    if not numbers:
-        there = ", ".join(f"{split or '(none)'}: {len(members)}" for split, members in dataset.splits.items())
+def _step(
+    state: State, batch: Batch | None, members: Sequence[int], meshes: Meshes, rate: float, team: Team
+) -> float:
+    """One step of the optimiser, and the sum of the losses of its meshes. `batch`: those of this process, if any."""
+    config = meshes.config
+    for group in state.optimizer.param_groups:
+        group["lr"] = rate
+    state.optimizer.zero_grad(set_to_none=team.size == 1)
+    losses_B = torch.zeros(0, device=meshes.device)
+    if batch is not None:
+        with autocast(config.precision, meshes.device):
+            logits = logits_of(state.network(batch.features_VC, batch.mesh_V, batch.vertex_drops), batch, config.task)
+        losses_B = mesh_losses(logits, batch, config.task, config.label_smoothing)
+        (losses_B.sum() / len(members)).backward()
+    total = losses_B.detach().sum()
+    team.sum_([total, *_gradients(state.network)])
+    if not torch.isfinite(total):
+        losses = {} if batch is None else dict(zip(batch.numbers, losses_B.isfinite().tolist(), strict=True))
+        bad = [meshes.dataset.ids[n] for part in team.gather(losses) for n, finite in part.items() if not finite]
         raise UsageError(
-            f"{dataset.folder} has no meshes in the split {name!r} ({there}); training needs train and val. "
-            "Meshes in a folder train/ are for training, or those that [splits] of the data set's TOML file names or "
-            "draws (docs/datasets.md); part of train becomes val: meshshard features --val-fraction"
+            f"epoch {state.epoch}: the loss is not finite on {bad}; lower --learning-rate, or check these meshes "
+            "with meshshard verify --full"
         )
-    return numbers
+    if config.clip_norm:
+        torch.nn.utils.clip_grad_norm_(state.network.parameters(), config.clip_norm)
+    state.optimizer.step()
+    state.follow(config.ema)
+    return float(total)
 
 
-def _save_last(run: Path, state: Checkpoint, optimizer: torch.optim.AdamW, history: list[dict[str, Any]]) -> None:
-    moments: dict[str, torch.Tensor] = {}
-    for number, slot in optimizer.state_dict()["state"].items():
-        moments |= {f"opt.{number}.{name}": value for name, value in slot.items()}
-    last = replace(state, tensors=state.tensors | moments, state=state.state | {"history": history})
-    checkpoint.save(run / LAST, last)
+def _gradients(network: torch.nn.Module) -> list[Tensor]:
+    """Of all parameters; zeros where this process had no mesh."""
+    for parameter in network.parameters():
+        if parameter.grad is None:
+            parameter.grad = torch.zeros_like(parameter)
+    return [parameter.grad for parameter in network.parameters() if parameter.grad is not None]
 
 
-def _resume(
-    run: Path, dataset: Dataset, config: TrainConfig, network: TaskDrivenNet, optimizer: torch.optim.AdamW
-) -> list[dict[str, Any]]:
-    """Load last.safetensors into network and optimiser, where there is one, and return the history so far."""
-    if not (run / LAST).exists():
-        return []
-    try:
-        before = checkpoint.load(run / LAST)
-    except UsageError as error:
-        raise UsageError(f"{error}; delete {run} to start anew, or choose another --run") from error
-    clashes = before.config.differences(config) + before.other_data(dataset)
-    if clashes:
-        raise UsageError(f"{run} holds a run with other settings; choose another --run. " + "; ".join(clashes))
-    network.load_state_dict({k.removeprefix("net."): v for k, v in before.tensors.items() if k.startswith("net.")})
-    slots: dict[int, dict[str, torch.Tensor]] = {}
-    for name, tensor in before.tensors.items():
-        if name.startswith("opt."):
-            _, number, part = name.split(".")
-            slots.setdefault(int(number), {})[part] = tensor
-    optimizer.load_state_dict({"state": slots, "param_groups": optimizer.state_dict()["param_groups"]})
-    history: list[dict[str, Any]] = before.state["history"]
-    return history
+def _judge(state: State, meshes: Meshes, numbers: Sequence[int], team: Team) -> dict[str, float]:
+    """Figures of an epoch on the split that chooses; `score` is what the best epoch has most of."""
+    config = meshes.config
+    network = copy.deepcopy(state.network)
+    network.load_state_dict(state.weights())
+    rounds = [config.voting_rounds] if config.selection == "test" and config.task != "classification" else []
+    found, split = evaluate(network, meshes, numbers, rounds, team), JUDGES[config.selection]
+    row = {f"{split}_accuracy": found.raw.accuracy(), f"{split}_mean_iou": found.raw.summary()["mean_iou"]}
+    if rounds:
+        row[f"{split}_voted_accuracy"] = found.voted[config.voting_rounds].accuracy()
+    return row | {"score": list(row.values())[-1] if rounds else row[f"{split}_accuracy"]}

@@ -33,6 +33,12 @@ class Confusion:
         if len(truth):
             self.mesh_accuracies.append(float((truth == predicted).mean()))
 
+    def merge(self, other: "Confusion") -> None:
+        """Add what another has counted."""
+        self.counts += other.counts
+        self.areas += other.areas
+        self.mesh_accuracies += other.mesh_accuracies
+
     def accuracy(self) -> float:
         """Right ones over all, in 0..1; NaN where nothing was counted."""
         return _ratio(np.trace(self.counts), self.counts.sum())

@@ -66,14 +66,20 @@ def tail(inputs: int, outputs: int) -> nn.Sequential:
 
 
 class TaskDrivenNet(nn.Module):
-    """Vertex features (V, in_features) to vertex logits (V, classes).
+    """Vertex features (V, in_features) to vertex logits (V, outputs).
 
     An encoder of four stages and a decoder that takes the encoder's outputs again, U-Net fashion. Faces and meshes
     take the means of their vertices' logits: see `pool_faces` and `pool_meshes`. 4,101,672 parameters for 25
     features and 8 classes.
     """
 
-    def __init__(self, in_features: int, classes: int) -> None:
+    def __init__(
+        self,
+        in_features: int,
+        outputs: int,
+        normalisation: str = "layer",  # noqa: ARG002
+        backbone: str = "mlp_residual",  # noqa: ARG002
+    ) -> None:
         super().__init__()
         self.stem1, self.stem2 = stem(in_features, 256), stem(256, 512)
         self.encoder = nn.ModuleList(Stage(w, d) for w, d in zip((256, 256, 256, 512), STAGES, strict=True))
@@ -81,17 +87,20 @@ class TaskDrivenNet(nn.Module):
         self.tails = nn.ModuleList([tail(512, 256), tail(512, 256), tail(512, 256), tail(512, 128)])
         self.skips = nn.ModuleList([tail(256, 128), tail(256, 128), tail(256, 128)])
         self.last = tail(512, 128)
-        self.head = nn.Sequential(nn.LayerNorm(128, eps=1e-6), nn.Linear(128, 32), nn.GELU(), nn.Linear(32, classes))
+        self.head = nn.Sequential(nn.LayerNorm(128, eps=1e-6), nn.Linear(128, 32), nn.GELU(), nn.Linear(32, outputs))
         for module in self.modules():
             if isinstance(module, nn.Linear):
                 nn.init.trunc_normal_(module.weight, std=0.02)
                 nn.init.zeros_(module.bias)
 
     def forward(
-        self, features_VC: Float[Tensor, "V C"], drop_VL: Float[Tensor, "V L"] | None = None
+        self,
+        features_VC: Float[Tensor, "V C"],
+        mesh_V: Int[Tensor, " V"] | None = None,  # noqa: ARG002
+        drop_VL: Float[Tensor, "V L"] | None = None,
     ) -> Float[Tensor, "V K"]:
-        """Vertex logits. `drop_VL`: drop-path factors, encoder blocks first (see `drop_path_factors`); None in
-        evaluation."""
+        """Vertex logits. `mesh_V`: the mesh that each vertex is of, rising from 0; None: all of one. `drop_VL`:
+        drop-path factors, encoder blocks first (see `drop_path_factors`); None in evaluation."""
         vertices = len(features_VC)
         padding = (0, 0, 0, -vertices % ROWS)
         features_VC = functional.pad(features_VC, padding)

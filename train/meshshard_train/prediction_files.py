@@ -12,6 +12,7 @@ from meshshard.files import publish
 from meshshard.label_lines import SIMPLIFIED, as_lines, line_labels
 from meshshard.plain import to_json
 from meshshard_train.checkpoint import Checkpoint
+from meshshard_train.loading import Loading, Meshes
 from meshshard_train.pictures import Tile, gallery
 from meshshard_train.predict import predictions
 
@@ -28,8 +29,8 @@ def write_predictions(best: Checkpoint, dataset: Dataset, out: Path, device: tor
             f"features by {dataset.recipe.to_json()}, algorithm {made}; the network learned {best.recipe.to_json()}, "
             f"algorithm {learned}: train anew, or install the meshshard it was trained with"
         )
-    network = best.network().to(device)
-    for number, labels, probabilities in predictions(network, dataset, range(len(dataset)), best.config, device):
+    network, meshes = best.network().to(device), Meshes(dataset, best.config, device, Loading())
+    for number, labels, probabilities in predictions(network, meshes, range(len(dataset))):
         sample = dataset[number]
         path = out / sample.id
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -11,37 +11,40 @@ from meshshard import Dataset, UsageError
 from meshshard.files import publish
 from meshshard.plain import to_json
 from meshshard_train import checkpoint
-from meshshard_train.config import TrainConfig
-from meshshard_train.evaluate import evaluate
-from meshshard_train.loop import BEST
+from meshshard_train.evaluate import VOTING_ROUNDS, evaluate
+from meshshard_train.loading import Loading, Meshes
 from meshshard_train.model import TaskDrivenNet
 from meshshard_train.pictures import Tile, curves, gallery
 from meshshard_train.predict import predictions
+from meshshard_train.state import BEST
 
 RESULTS = "results.json"
 FIGURES = ("accuracy", "area_accuracy", "mean_iou")
 
 
 def write_results(
-    dataset: Dataset, run: Path, history: Sequence[dict[str, Any]], device: torch.device
+    dataset: Dataset, run: Path, history: Sequence[dict[str, Any]], device: torch.device, loading: Loading = Loading()
 ) -> tuple[dict[str, Any], list[Path]]:
     """Evaluate the best epoch on validation, then once on test; write the table and the pictures, and name them.
 
-    Epoch and voting rounds are chosen on validation. Splits that are not there have no row.
+    Epoch and voting rounds are chosen as the configuration's `protocol` says; a split that was trained on, or is not
+    there, has no row.
     """
     best = checkpoint.load(run / BEST)
     network = best.network().to(device)
-    on_val = evaluate(network, dataset, dataset.splits["val"], best.config, device)
-    rounds = on_val.best_rounds()
-    rows = {"val": on_val.row(rounds)}
+    meshes, rounds, rows = Meshes(dataset, best.config, device, loading), best.config.voting_rounds, {}
+    if best.config.selection == "validation":
+        on_val = evaluate(network, meshes, dataset.splits["val"], VOTING_ROUNDS if rounds < 0 else [rounds])
+        rounds = on_val.best_rounds()
+        rows["val"] = on_val.row(rounds)
     if dataset.splits.get("test"):
-        rows["test"] = evaluate(network, dataset, dataset.splits["test"], best.config, device, (rounds,)).row(rounds)
+        rows["test"] = evaluate(network, meshes, dataset.splits["test"], [rounds]).row(rounds)
     results = {
         "dataset": dataset.name,
         "task": best.config.task,
         "recipe": best.config.recipe,
         "feature_recipe": best.recipe.name,
-        "protocol": "epoch and voting rounds chosen on validation",
+        "protocol": best.config.protocol,
         "epoch": best.state["epoch"],
         "epochs": len(history),
         "voting_rounds": rounds,
@@ -57,7 +60,7 @@ def write_results(
     if best.config.task == "segmentation":
         for split in rows:
             pictures.append(run / f"{split}.png")
-            _draw_split(network, dataset, split, best.config, device, pictures[-1])
+            _draw_split(network, meshes, split, pictures[-1])
     return results, pictures
 
 
@@ -89,14 +92,13 @@ def _markdown(results: dict[str, Any]) -> str:
     return about + "\n\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-def _draw_split(
-    network: TaskDrivenNet, dataset: Dataset, split: str, config: TrainConfig, device: torch.device, path: Path
-) -> None:
+def _draw_split(network: TaskDrivenNet, meshes: Meshes, split: str, path: Path) -> None:
     """Labels above, predictions below, of up to six meshes spread over the split."""
+    dataset = meshes.dataset
     numbers = dataset.splits[split]
     shown = numbers[:: -(-len(numbers) // 6)]
     tiles: list[list[Tile]] = [[], []]
-    for number, labels, _ in predictions(network, dataset, shown, config, device):
+    for number, labels, _ in predictions(network, meshes, shown):
         sample = dataset[number]
         assert sample.face_labels is not None
         right = (labels == sample.face_labels)[sample.face_labels >= 0].mean()

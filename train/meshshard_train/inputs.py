@@ -1,0 +1,66 @@
+"""The network's input channels from the stored features: scaled in each mesh, in torch, so that an exported network
+does the same."""
+
+import torch
+from jaxtyping import Bool, Float, Float32
+from torch import Tensor
+
+from meshshard import Sample
+from meshshard_train.config import FEATURES, TrainConfig
+
+TURNED = ("vertices", "vertex_normals")
+"""Features that turn with the mesh."""
+
+
+def input_size(config: TrainConfig, times: int) -> int:
+    """Channels of the network's input."""
+    return sum(FEATURES[name] or times for name in config.features)
+
+
+def turned_columns(config: TrainConfig, size: int) -> list[slice]:
+    """Where the features that turn with the mesh are among `size` channels."""
+    found, start = [], 0
+    times = size - input_size(config, 0)
+    for name in config.features:
+        width = FEATURES[name] or times
+        if name in TURNED:
+            found.append(slice(start, start + width))
+        start += width
+    return found
+
+
+def inputs_of(sample: Sample, config: TrainConfig) -> Float32[Tensor, "V C"]:
+    """The channels of a mesh, not turned; rows of unused vertices are 0."""
+    stored = {name: torch.tensor(getattr(sample, name), dtype=torch.float32) for name in config.features}
+    return channels(stored, torch.tensor(sample.used_vertices), config.scaling)
+
+
+def channels(
+    stored: dict[str, Float[Tensor, "V ..."]], used_V: Bool[Tensor, " V"], scaling: str
+) -> Float[Tensor, "V C"]:
+    """Stored features, in the order of the channels, side by side."""
+    columns = []
+    for name, values in stored.items():
+        values_VC = values.reshape(len(used_V), -1)
+        columns.append(values_VC if name in TURNED else scaled(values_VC, name, used_V, scaling))
+    return torch.cat(columns, dim=1) * used_V[:, None]
+
+
+def scaled(
+    values_VC: Float[Tensor, "V C"], name: str, used_V: Bool[Tensor, " V"], scaling: str
+) -> Float[Tensor, "V C"]:
+    """Each channel brought to a common range over the used vertices. A constant channel becomes 0."""
+    used_V1 = used_V[:, None]
+    if scaling == "log-standard":
+        if name == "hks":
+            values_VC = values_VC.clamp(min=1e-30).log()
+        count = used_V.sum().clamp(min=1)
+        centre_C = (values_VC * used_V1).sum(0) / count
+        spread_C = (((values_VC - centre_C) * used_V1).square().sum(0) / count).sqrt()
+    else:
+        infinity = torch.tensor(torch.inf, dtype=values_VC.dtype, device=values_VC.device)
+        centre_C = torch.where(used_V1, values_VC, infinity).amin(0)
+        spread_C = torch.where(used_V1, values_VC, -infinity).amax(0) - centre_C
+    # differences below float32's resolution of the value are rounding, not shape
+    varies_C = (spread_C > 1e-6 * centre_C.abs().clamp(min=1e-6)) & spread_C.isfinite()
+    return torch.where(used_V1 & varies_C, (values_VC - centre_C) / torch.where(varies_C, spread_C, 1), 0)

@@ -1,0 +1,50 @@
+"""Which meshes of a data set a run trains on and is judged by."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from meshshard import Dataset, UsageError
+from meshshard.splits import Member, few_shot
+from meshshard_train.config import TrainConfig
+from meshshard_train.tasks import labels_of
+
+
+def training_numbers(dataset: Dataset, config: TrainConfig) -> Sequence[int]:
+    """The training split, or of it the fraction of few-shot learning: nested for one seed, classes with their shares.
+
+    Where the test split chooses, as published, nothing else would use the validation split: it is trained on too.
+    """
+    numbers = list(split_of(dataset, "train"))
+    if config.selection == "test":
+        numbers = sorted([*numbers, *dataset.splits.get("val", ())])
+    if config.train_fraction == 1:
+        return numbers
+    named = {dataset.ids[number]: number for number in numbers}
+    members = [Member(name, dataset[number].mesh_label) for name, number in named.items()]
+    return sorted(named[name] for name in few_shot(members, config.train_fraction, config.seed))
+
+
+def split_of(dataset: Dataset, name: str) -> Sequence[int]:
+    """The meshes of a split. UsageError: there are none."""
+    numbers = dataset.splits.get(name, ())
+    if not numbers:
+        there = ", ".join(f"{split or '(none)'}: {len(members)}" for split, members in dataset.splits.items())
+        raise UsageError(
+            f"{dataset.folder} has no meshes in the split {name!r} ({there}); training needs train and val, or test "
+            "where that chooses. Meshes in a folder train/ are for training, or those that [splits] of the data "
+            "set's TOML file names or draws (docs/datasets.md); part of train becomes val: "
+            "meshshard features --val-fraction"
+        )
+    return numbers
+
+
+def classes_without(dataset: Dataset, numbers: Sequence[int], task: str) -> list[str]:
+    """Classes that none of the meshes has: a network cannot learn them."""
+    if task == "correspondence":
+        return []
+    counts = np.zeros(len(dataset.classes), dtype=np.int64)
+    for number in numbers:
+        labels = labels_of(dataset[number], task)
+        counts += np.bincount(labels[labels >= 0], minlength=len(counts))
+    return [name for name, count in zip(dataset.classes, counts, strict=True) if count == 0]

@@ -1,0 +1,68 @@
+"""What is learned: classes of faces, of vertices, or of meshes, or which vertex is which. See `config.TASKS`."""
+
+import numpy as np
+from jaxtyping import Bool, Float32, Int
+
+from meshshard import Dataset, Sample, UsageError
+from meshshard_train.config import TrainConfig
+
+LABELS = {"segmentation": "face_labels", "vertex_segmentation": "vertex_labels"}
+"""Task -> the field of a shard that it learns."""
+
+
+def task_of(dataset: Dataset) -> str:
+    """The training task that a data set is for. UsageError: it has no labels."""
+    if dataset.task in ("classification", "correspondence"):
+        return dataset.task
+    if dataset.task != "segmentation":
+        raise UsageError(f"{dataset.folder} has no labels, and training needs them; see docs/datasets.md")
+    fields = _fields(dataset)
+    return "segmentation" if "face_labels" in fields or "vertex_labels" not in fields else "vertex_segmentation"
+
+
+def check_task(dataset: Dataset, config: TrainConfig) -> None:
+    """Refuse a data set that has not what the configuration learns, by name."""
+    found, fields = task_of(dataset), _fields(dataset)
+    if found != config.task:
+        raise UsageError(f"{dataset.folder} is a data set for {found}, the run is for {config.task}")
+    if (wanted := LABELS.get(config.task, "")) and wanted not in fields:
+        raise UsageError(
+            f"{dataset.folder} has shards without {wanted}, and training needs them in all: labels of vertices "
+            'become those of faces with to = "face" in the table [labels] of the data set\'s TOML file'
+        )
+    for name in config.features:
+        if name not in fields:
+            raise UsageError(
+                f"{dataset.folder} has no {name}: its recipe is {dataset.recipe.name}; run meshshard features with "
+                + ("--recipe official" if name == "dihedral_official" else "a recipe that computes it")
+            )
+
+
+def _fields(dataset: Dataset) -> frozenset[str]:
+    """Names of the fields that every shard has."""
+    shards = [frozenset(dataset.shard(place).columns) for place in range(len(dataset.index.shards))]
+    return frozenset.intersection(*shards) if shards else frozenset()
+
+
+def labels_of(sample: Sample, task: str) -> Int[np.ndarray, " n"]:
+    """Classes of what the task labels, -1 where none is known; one for a whole mesh, none for correspondence."""
+    if task == "classification":
+        return np.array([sample.mesh_label])
+    if task == "correspondence":
+        return np.zeros(0, dtype=np.int64)
+    labels: np.ndarray | None = getattr(sample, LABELS[task])
+    count = len(sample.faces) if task == "segmentation" else len(sample.vertices)
+    return np.full(count, -1) if labels is None else labels
+
+
+def areas_of(sample: Sample, task: str) -> Float32[np.ndarray, " n"]:
+    """Area of each face, or of each vertex; 1 for a whole mesh."""
+    if task == "segmentation":
+        return sample.face_areas
+    return sample.vertex_areas if task == "vertex_segmentation" else np.ones(1, dtype=np.float32)
+
+
+def learnable(sample: Sample, task: str) -> Bool[np.ndarray, " n"]:
+    """Which of `labels_of` can be learned: all but vertices without features."""
+    labels = labels_of(sample, task)
+    return sample.used_vertices if task == "vertex_segmentation" else np.ones(len(labels), dtype=bool)

@@ -116,11 +116,11 @@ def test_evaluate_says_what_training_said(world):
     assert status == 0, error
     found, told = json.loads(out), json.loads((world / "run" / "results.json").read_text())
     assert found["rows"]["test"] == pytest.approx(told["rows"]["test"])
-    assert set(found["class_iou"]) == {"0", "1"}
+    assert set(found["per_class"]["test"]["voted"]) == {"0", "1"}
     assert "test" in meshshard("evaluate", "run", cwd=world)[1]
     status, _, error = meshshard("evaluate", "run", "--split", "tset", cwd=world)
     assert status == 2
-    assert "there are test, train, val" in " ".join(error.split())
+    assert "no meshes in the split 'tset' (test: 3, train: 6, val: 3)" in " ".join(error.split())
 
 
 def test_training_again_does_nothing_and_other_settings_are_refused(world):

@@ -12,6 +12,10 @@ BACKBONES = ("mlp_residual", "mlp", "conv_residual", "conv")
 SCHEDULES = ("cosine", "constant")
 SELECTIONS = ("validation", "test")
 PRECISIONS = ("auto", "bf16", "fp32")
+VOTED = ("segmentation", "vertex_segmentation")
+"""Tasks with majority voting."""
+PUBLISHED_PROTOCOL = "published protocol: epoch chosen on TEST"
+"""Stands wherever a figure of such a run is shown."""
 FEATURES = {
     "vertices": 3,
     "vertex_normals": 3,
@@ -106,8 +110,10 @@ class TrainConfig:
     def protocol(self) -> str:
         """How epoch and voting rounds are chosen, in words that go with every figure."""
         if self.selection == "test":
-            return "published protocol: epoch chosen on TEST"
-        return "epoch and voting rounds chosen on validation"
+            return PUBLISHED_PROTOCOL
+        if self.voting_rounds < 0 and self.task in VOTED:
+            return "epoch and rounds of voting chosen on validation"
+        return "epoch chosen on validation"
 
     def to_json(self) -> str:
         """One canonical line."""

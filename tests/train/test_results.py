@@ -1,11 +1,13 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
+from samples import PAPER as PAPER_RECIPE
 from samples import sample, toy_dataset, write_dataset
 from typer.testing import CliRunner
 
@@ -157,6 +159,10 @@ def test_evaluate_refuses_by_name(finished, tmp_path):
     samples = [sample(n) for n in range(3)]
     other = write_dataset(tmp_path / "classes", samples, ["train", "val", "test"], classes=("a", "b", "c"))
     with pytest.raises(UsageError, match=r"classes: \('low', 'middle', 'high'\) against \('a', 'b', 'c'\)"):
+        called("evaluate", run, "--data", other)
+    recipe = replace(PAPER_RECIPE, components="bridged")
+    other = write_dataset(tmp_path / "recipe", samples, ["train", "val", "test"], recipe=recipe)
+    with pytest.raises(UsageError, match=r'feature recipe: .*"separate".* against .*"bridged"'):
         called("evaluate", run, "--data", other)
     samples = [sample(n, labels=None, mesh_label=0, label_domain="mesh") for n in range(3)]
     other = write_dataset(tmp_path / "task", samples, ["train", "val", "test"], task="classification")

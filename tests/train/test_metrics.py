@@ -227,6 +227,7 @@ def test_edges_are_averaged_over_meshes_that_have_labels():
             {"test_accuracy": 0.4, "test_mean_iou": 0.3, "test_voted_accuracy": 0.5, "score": 0.5},
             "test accuracy, voted (published protocol: epoch chosen on TEST)",
         ),
+        ({"loss": 1.0, "val_mean_error": 0.1, "score": 0.1}, "val mean error"),
         ({"test_accuracy": 0.5, "score": 0.5}, "test accuracy, raw (published protocol: epoch chosen on TEST)"),
     ],
 )

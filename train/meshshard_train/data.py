@@ -13,7 +13,7 @@ from meshshard import Sample
 from meshshard_train.config import TrainConfig
 from meshshard_train.inputs import inputs_of, turned_columns
 from meshshard_train.model import BLOCKS, drop_path_factors
-from meshshard_train.tasks import labels_of, learnable
+from meshshard_train.tasks import labels_of
 
 
 class _OfTensors:
@@ -67,12 +67,11 @@ class Batch(_OfTensors):
 
 def prepare(sample: Sample, config: TrainConfig) -> Prepared:
     """What is the same in every epoch."""
-    labels = np.where(learnable(sample, config.task), labels_of(sample, config.task), -1)
     return Prepared(
         features_VC=inputs_of(sample, config),
         used_V=torch.tensor(sample.used_vertices),
         faces_F3=torch.tensor(sample.faces),
-        labels=torch.tensor(labels, dtype=torch.int64),
+        labels=torch.tensor(labels_of(sample, config.task), dtype=torch.int64),
     )
 
 

@@ -21,12 +21,13 @@ DPI = 110
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Tile:
-    """One mesh of a gallery; `vertices` are normalised, y is up."""
+    """One mesh of a gallery; `vertices` are normalised, y is up. `labels`: of faces, or of their corners where
+    vertices are labelled; colours are blended between them."""
 
     title: str
     vertices: Float[np.ndarray, "V 3"]
     faces: Int[np.ndarray, "F 3"]
-    labels: Int[np.ndarray, " F"]
+    labels: Int[np.ndarray, " F"] | Int[np.ndarray, "F 3"]
 
 
 def gallery(

@@ -24,6 +24,7 @@ from meshshard_train.pictures import Tile, confusions, curves, gallery
 from meshshard_train.predict import predictions
 from meshshard_train.state import BEST
 from meshshard_train.tables import about, markdown
+from meshshard_train.tasks import LABELS, labels_of, of_corners
 
 RESULTS = "results.json"
 
@@ -108,7 +109,7 @@ def _per_class(confusion: Confusion, classes: Sequence[str]) -> dict[str, dict[s
 def _draw(
     results: dict[str, Any], network: TaskDrivenNet, meshes: Meshes, run: Path, history: Sequence[dict[str, Any]]
 ) -> list[Path]:
-    """Curves; of each split the confusion matrices, and some meshes where faces are labelled."""
+    """Curves; of each split the confusion matrices, and some meshes where their parts are labelled."""
     pictures = [run / "curves.png"]
     curves(pictures[0], history, title=about(results).replace("; ", "\n"))
     for split, matrices in results["confusion"].items():
@@ -116,7 +117,7 @@ def _draw(
         title = f"{results['dataset']}, {split}\n{results['protocol']}"
         counts = {kind: np.array(matrix) for kind, matrix in matrices.items()}
         confusions(pictures[-1], counts, results["classes"], title=title)
-        if results["task"] == "segmentation":
+        if results["task"] in LABELS:
             pictures.append(run / f"{split}.png")
             _draw_split(network, meshes, split, pictures[-1])
     return pictures
@@ -130,14 +131,15 @@ def _draw_split(network: TaskDrivenNet, meshes: Meshes, split: str, path: Path) 
     tiles: list[list[Tile]] = [[], []]
     for number, labels, _ in predictions(network, meshes, shown):
         sample = dataset[number]
-        assert sample.face_labels is not None
-        right = (labels == sample.face_labels)[sample.face_labels >= 0].mean()
+        truth = labels_of(sample, meshes.config.task)
+        right = (labels == truth)[truth >= 0].mean()
         name = sample.id.split("/")[-1]
         for row, values, title in (
-            (0, sample.face_labels, name[:24]),
+            (0, truth, name[:24]),
             (1, labels, f"predicted, {100 * right:.1f} % right"),
         ):
-            tiles[row].append(Tile(title=title, vertices=sample.vertices, faces=sample.faces, labels=values))
+            drawn = of_corners(values, sample, meshes.config.task)
+            tiles[row].append(Tile(title=title, vertices=sample.vertices, faces=sample.faces, labels=drawn))
     title = f"{dataset.name}, {split}: labels above, predictions (raw) below\n{meshes.config.protocol}"
     colours = dataset.index.colours
     gallery(path, [*tiles[0], *tiles[1]], dataset.classes, columns=len(shown), title=title, colours=colours)

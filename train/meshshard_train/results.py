@@ -13,6 +13,7 @@ from meshshard.plain import to_json
 from meshshard_train import checkpoint
 from meshshard_train.evaluate import VOTING_ROUNDS, evaluate
 from meshshard_train.loading import Loading, Meshes
+from meshshard_train.matching_results import write_matching_results
 from meshshard_train.model import TaskDrivenNet
 from meshshard_train.pictures import Tile, curves, gallery
 from meshshard_train.predict import predictions
@@ -31,6 +32,8 @@ def write_results(
     there, has no row.
     """
     best = checkpoint.load(run / BEST)
+    if best.config.task == "correspondence":
+        return write_matching_results(best, dataset, run, history, device, loading)
     network = best.network().to(device)
     meshes, rounds, rows = Meshes(dataset, best.config, device, loading), best.config.voting_rounds, {}
     if best.config.selection == "validation":

@@ -26,6 +26,7 @@ def evaluate(
     from meshshard_train.device import choose_device
     from meshshard_train.evaluate import evaluate as run_evaluation
     from meshshard_train.loading import Loading, Meshes
+    from meshshard_train.matching_results import matching_results
     from meshshard_train.results import chosen_rounds
     from meshshard_train.state import BEST
     from meshshard_train.tasks import check_task
@@ -36,6 +37,10 @@ def evaluate(
     if clashes := best.clashes(dataset) if data else best.other_data(dataset):
         raise UsageError(f"{run} was trained on other data than {dataset.folder} holds: " + "; ".join(clashes))
     where = choose_device(device)
+    if best.config.task == "correspondence":
+        errors = matching_results(best, dataset, [split], where)
+        typer.echo(to_json(errors)) if as_json else print_results(errors)
+        return
     network, meshes = best.network().to(where), Meshes(dataset, best.config, where, Loading())
     rounds = chosen_rounds(run)
     found = run_evaluation(network, meshes, dataset.splits.get(split, ()), [rounds])

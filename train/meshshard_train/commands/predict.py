@@ -31,6 +31,11 @@ def predict(
     from meshshard_train.state import BEST
 
     best = checkpoint.load(run / BEST)
+    if best.config.task == "correspondence":
+        raise UsageError(
+            f"{run} was trained for correspondence, which is between two meshes with stored eigenpairs: there are no "
+            f"classes to predict. Errors on pairs of a data set: meshshard evaluate {run} --data DATA --split test"
+        )
     where = choose_device(device)
     for path in mesh:
         if not path.exists():

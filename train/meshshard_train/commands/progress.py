@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import typer
 from rich.console import Console
@@ -27,7 +28,7 @@ def progress_bar(epochs: int, meshes: int) -> Iterator[Callable[[Progress], None
         def tell(progress: Progress) -> None:
             nonlocal validation
             if progress.metrics:
-                validation = f", validation {100 * progress.metrics['val_accuracy']:.1f} %"
+                validation = f", {_judged(progress.metrics)}"
             done = progress.epoch * meshes + progress.meshes
             what = f"epoch {progress.epoch + 1}/{epochs}, loss {progress.loss:.3f}, rate {progress.learning_rate:.1e}"
             bar.update(task, completed=done, description=what + validation)
@@ -40,6 +41,12 @@ def _print_epoch(progress: Progress) -> None:
         row = progress.metrics
         typer.echo(
             f"epoch {row['epoch']}  loss {row['loss']:.4f}  rate {row['learning_rate']:.2e}  "
-            f"val accuracy {100 * row['val_accuracy']:.2f} %  {row['seconds']:.1f} s",
+            f"{_judged(row)}  {row['seconds']:.1f} s",
             err=True,
         )
+
+
+def _judged(row: dict[str, Any]) -> str:
+    """The first figure of the split that chooses."""
+    name = next(name for name in row if name.startswith(("val_", "test_")))
+    return f"{name.replace('_', ' ')} {100 * row[name]:.2f} %"

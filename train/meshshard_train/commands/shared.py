@@ -13,12 +13,15 @@ Run = Annotated[Path, typer.Argument(help="Folder of a run.")]
 
 def print_results(results: dict[str, Any]) -> None:
     """The table of results.json on a terminal."""
+    from meshshard_train.matching_results import about, matching_table
     from meshshard_train.results import table_rows
 
-    head, *rows = table_rows(results)
-    table = Table(
-        *head, title=f"{results['dataset']}, epoch {results['epoch']}, % ({results['voting_rounds']} rounds)"
-    )
+    if results["task"] == "correspondence":
+        (head, *rows), title = matching_table(results), about(results)
+    else:
+        head, *rows = table_rows(results)
+        title = f"{results['dataset']}, epoch {results['epoch']}, % ({results['voting_rounds']} rounds)"
+    table = Table(*head, title=title)
     for row in rows:
         table.add_row(*row)
     Console().print(table)

@@ -52,7 +52,7 @@ class TrainConfig:
     backbone: str = "mlp_residual"
     coordinates: int = 30
     eigenfunctions: int = 30
-    map_regularisation: float = 1e-3
+    map_regularisation: float = 1e-6
     epochs: int = 60
     warmup_epochs: float = 3.0
     schedule: str = "cosine"

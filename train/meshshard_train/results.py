@@ -17,6 +17,7 @@ from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import VOTED, TrainConfig
 from meshshard_train.evaluate import VOTING_ROUNDS, Evaluation, evaluate
 from meshshard_train.loading import Loading, Meshes
+from meshshard_train.matching_results import write_matching_results
 from meshshard_train.members import classes_without, training_numbers
 from meshshard_train.metrics import Confusion
 from meshshard_train.model import TaskDrivenNet
@@ -38,6 +39,8 @@ def write_results(
     there, has no row.
     """
     best = checkpoint.load(run / BEST)
+    if best.config.task == "correspondence":
+        return write_matching_results(best, dataset, run, history, device, loading)
     network = best.network().to(device)
     meshes, rounds, found = Meshes(dataset, best.config, device, loading), best.config.voting_rounds, {}
     if best.config.selection == "validation":

@@ -31,12 +31,28 @@ def check_task(dataset: Dataset, config: TrainConfig) -> None:
             f"{dataset.folder} has shards without {wanted}, and training needs one kind of labels in all: write "
             'to = "face" or to = "vertex" into the table [labels] of the data set\'s TOML file'
         )
+    if config.task == "correspondence":
+        _check_spectra(dataset, config, fields)
     for name in config.features:
         if name not in fields:
             raise UsageError(
                 f"{dataset.folder} has no {name}: its recipe is {dataset.recipe.name}; run meshshard features with "
                 + ("--recipe official" if name == "dihedral_official" else "a recipe that computes it")
             )
+
+
+def _check_spectra(dataset: Dataset, config: TrainConfig, fields: frozenset[str]) -> None:
+    if "correspondence" not in fields:
+        raise UsageError(
+            f"{dataset.folder} has shards without correspondence, the vertex of each mesh at every vertex of a "
+            "template: faust, scape, faust_r and scape_r have it (docs/correspondence.md)"
+        )
+    if (stored := dataset.recipe.spectrum) < config.eigenfunctions:
+        raise UsageError(
+            f"{dataset.folder} has {stored} eigenpairs of each mesh, and functional maps need "
+            f"{config.eigenfunctions}: compute them with meshshard features {dataset.name} --spectrum "
+            f"{config.eigenfunctions}"
+        )
 
 
 def _fields(dataset: Dataset) -> frozenset[str]:

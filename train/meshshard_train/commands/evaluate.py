@@ -28,6 +28,7 @@ def evaluate(
     from meshshard_train.device import choose_device
     from meshshard_train.evaluate import evaluate as run_evaluation
     from meshshard_train.loading import Loading, Meshes
+    from meshshard_train.matching_results import matching_results
     from meshshard_train.members import split_of
     from meshshard_train.results import results_of, rounds_of
     from meshshard_train.state import BEST
@@ -41,8 +42,12 @@ def evaluate(
     if rounds is not None and best.config.task not in VOTED:
         raise UsageError(f"--rounds is for {' and '.join(VOTED)}, and {run} is a run for {best.config.task}")
     numbers = split_of(dataset, split)
-    chosen = rounds_of(run, best.config) if rounds is None else rounds
     where = choose_device(device)
+    if best.config.task == "correspondence":
+        errors = matching_results(best, dataset, [split], where)
+        typer.echo(to_json(errors)) if as_json else print_results(errors)
+        return
+    chosen = rounds_of(run, best.config) if rounds is None else rounds
     network, meshes = best.network().to(where), Meshes(dataset, best.config, where, Loading())
     found = {split: run_evaluation(network, meshes, numbers, [chosen])}
     results = results_of(best, dataset, found, chosen, rounds_set=rounds is not None)

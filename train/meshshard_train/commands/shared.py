@@ -15,9 +15,13 @@ Run = Annotated[Path, typer.Argument(help="Folder of a run.")]
 
 def print_results(results: dict[str, Any]) -> None:
     """What results are, their table, and that of the classes of the last split, on a terminal of 80 columns."""
+    from meshshard_train import matching_results
     from meshshard_train.tables import about, class_table, main_table, not_trained
 
     console = Console()
+    if results["task"] == "correspondence":
+        _print_table(console, matching_results.about(results), matching_results.matching_table(results))
+        return
     _print_table(console, about(results), main_table(results))
     if missing := results.get("classes_not_trained"):
         console.print(Text(not_trained(missing)))

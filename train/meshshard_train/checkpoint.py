@@ -95,7 +95,7 @@ def save(path: Path, checkpoint: Checkpoint) -> None:
         "sha256": UNSEALED,
     }
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in checkpoint.tensors.items()}
-    file = sealed(safetensors.torch.save(tensors, metadata))
+    file = sealed(ordered(safetensors.torch.save(tensors, metadata)))
     if path.exists() and path.stat().st_size == len(file) and path.read_bytes() == file:
         return
     with told_to_make_room(path, len(file)):
@@ -118,6 +118,14 @@ def told_to_make_room(path: Path, size: int) -> Iterator[None]:
             f"{path} cannot be written: {error.strerror}; it takes {size / 1e6:.1f} MB, and {free / 1e6:.1f} MB are "
             f"free in {path.parent}. What was saved before is whole: make room, and the same command goes on from it"
         ) from error
+
+
+def ordered(file: bytes) -> bytes:
+    """A safetensors file with its header's keys sorted: the library writes them in another order each time."""
+    size = int.from_bytes(file[:8], "little")
+    header = json.dumps(json.loads(file[8 : 8 + size]), sort_keys=True, separators=(",", ":")).encode()
+    header += b" " * (-len(header) % 8)
+    return len(header).to_bytes(8, "little") + header + file[8 + size :]
 
 
 def sealed(file: bytes) -> bytes:

@@ -23,7 +23,7 @@ CPU = torch.device("cpu")
 CONFIG = paper("segmentation", epochs=2, batch_vertices=150, precision="fp32", ema=0.5, schedule="constant")
 
 SERVER = multiprocessing.get_context("forkserver")
-SERVER.set_forkserver_preload(["meshshard_train.loop"])
+SERVER.set_forkserver_preload(["meshshard_train.loop", "torch._dynamo"])  # which the optimiser imports, for seconds
 
 
 def rows(history):

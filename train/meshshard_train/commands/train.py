@@ -53,7 +53,7 @@ def train(
 
     Examples: meshshard train minicoseg --epochs 30
 
-    torchrun --nproc-per-node 2 -m meshshard train minicoseg
+    torchrun --nproc-per-node 2 -m -- meshshard train minicoseg
     """
     from meshshard import open_dataset  # torch takes a second to import: it stays out of --help
     from meshshard_train.commands.runs import finished_run

@@ -37,10 +37,10 @@ def steps(monkeypatch):
     return seen
 
 
-@pytest.mark.parametrize("decay", [0.15, 0.9])
-def test_the_average_is_the_sum_of_all_weights_by_their_shares(data, tmp_path, steps, decay):
+def test_the_average_is_the_sum_of_all_weights_by_their_shares(data, tmp_path, steps):
     """The share of a step is what it entered with, times what each later step left of it. Decays of the first steps
     are at most 1/10, 2/11, 3/12, ..."""
+    decay = 0.2
     config = replace(CONFIG, ema=decay)
     torch.manual_seed(config.seed)
     first = checkpoint.network_for(config, 16, 3).state_dict()

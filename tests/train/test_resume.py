@@ -33,8 +33,10 @@ def steps(data, epoch):
 def ends_alike(world, run):
     found = outcome(run)
     assert found == outcome(world / "unbroken")
-    lines = (run / "metrics.jsonl").read_text().splitlines()
-    assert rows(json.loads(line) for line in lines) == found[0]
+    texts = [(folder / "metrics.jsonl").read_text() for folder in (run, world / "unbroken")]
+    lines, whole = ([json.loads(line) for line in text.splitlines()] for text in texts)
+    assert rows(lines) == found[0]
+    assert [list(line) for line in lines] == [list(line) for line in whole]
 
 
 def test_killed_within_epochs_again_and_again(world, tmp_path):
@@ -47,10 +49,25 @@ def test_killed_within_epochs_again_and_again(world, tmp_path):
     ends_alike(world, tmp_path / "run")
 
 
-@pytest.mark.parametrize("rename", range(1, 8) if SOAKING else (3, 4, 6, 7))
+def test_killed_at_the_worst_moments_one_after_the_other(world, tmp_path):
+    """While there is no last, which is the previous already; then while there is no best; then before metrics.jsonl."""
+    run = tmp_path / "run"
+    shutil.copytree(world / "begun", run)
+    before = 1 + 1 + steps(world / "data", 1)  # metrics again, start, steps
+    assert died(world / "data", run, before + 3)
+    assert not (run / "last.safetensors").exists()
+    assert died(world / "data", run, before + 2 + 3)  # there is no last to move aside
+    assert not (run / "best.safetensors").exists()
+    assert died(world / "data", run, 3)
+    assert len((run / "metrics.jsonl").read_text().splitlines()) == 1
+    assert not died(world / "data", run, 0)
+    ends_alike(world, run)
+
+
+@pytest.mark.parametrize("rename", range(1, 8) if SOAKING else (4,))
 def test_killed_between_the_files_of_an_epoch(world, tmp_path, rename):
-    """Before each of the renames by which last, best and metrics.jsonl get their names: before last or best has its
-    own, and what was there is the previous already; between last and best; between best and metrics.jsonl."""
+    """Before each of the renames by which last, best and metrics.jsonl get their names; the fourth is the first of
+    best."""
     assert best_epoch(outcome(world / "unbroken")[0]) == 1  # so the second epoch writes all three
     shutil.copytree(world / "begun", tmp_path / "run")
     moment = 1 + 1 + steps(world / "data", 1) + rename  # metrics again, start, steps

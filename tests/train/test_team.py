@@ -17,6 +17,7 @@ from training import CONFIG, CPU, rows, team_of, train_here, train_in_team
 from meshshard import UsageError, open_dataset
 from meshshard_train import team as teams
 from meshshard_train.data import steps_of
+from meshshard_train.recipes import paper
 from meshshard_train.state import METRICS
 from meshshard_train.team import Team
 
@@ -32,19 +33,23 @@ def test_each_mesh_is_in_one_share(size):
         assert max(map(len, shares)) - min(map(len, shares)) <= 1
 
 
-@pytest.mark.parametrize(("size", "keep_gib"), [(2, 4.0), (3, 0.0)])
-def test_losses_are_those_of_one_process(tmp_path, size, keep_gib):
+def test_losses_are_those_of_one_process(tmp_path):
     """Shards of one, nine and four meshes; among the steps are some of one mesh, which the others have no part in."""
     data = write_dataset(tmp_path / "data", [sample(n, level=n % 3) for n in range(14)], SPLITS, cuts=(1, 10))
-    config = replace(CONFIG, batch_vertices=70)
+    size, config = 3, replace(CONFIG, batch_vertices=70)
     assert min(map(len, steps(data, config))) == 1
-    members = team_of(size, train_in_team, tmp_path / "several", data, config.batch_vertices, keep_gib)
+    members = team_of(size, train_in_team, tmp_path / "several", data, config.batch_vertices, 0.0)
     alone = train_here(data, tmp_path / "alone", config)
     for member in members:
         member.join()
     assert [member.exitcode for member in members] == [0] * size
-    several = [json.loads(line) for line in (tmp_path / "several" / METRICS).read_text().splitlines()]
-    for one, other in zip(rows(alone), rows(several), strict=True):
+    check_rows(tmp_path / "several", alone)
+
+
+def check_rows(run, history):
+    """The rows of a run are, within rounding, those of a history."""
+    several = [json.loads(line) for line in (run / METRICS).read_text().splitlines()]
+    for one, other in zip(rows(history), rows(several), strict=True):
         assert other == pytest.approx(one, abs=1e-5)
 
 
@@ -135,13 +140,15 @@ def torchrun(data, run):
     return subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
 
 
-def test_torchrun_gives_results_once(tmp_path):
+def test_torchrun_gives_the_losses_of_one_process_and_results_once(tmp_path):
     data = write_dataset(tmp_path / "data", [sample(n, level=n % 3) for n in range(14)], SPLITS)
     done = torchrun(data, tmp_path / "run")
     assert done.returncode == 0, done.stderr
     results = json.loads(done.stdout)
     assert results == json.loads((tmp_path / "run" / "results.json").read_text())
     assert (results["epochs"], done.stderr.count("epoch 1  loss ")) == (2, 1)
+    config = paper("segmentation", epochs=2, batch_vertices=80, precision="fp32")
+    check_rows(tmp_path / "run", train_here(data, tmp_path / "alone", config))
 
 
 def test_torchrun_tells_once_which_meshes_have_no_finite_loss(tmp_path):

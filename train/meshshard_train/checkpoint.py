@@ -91,7 +91,7 @@ def save(path: Path, checkpoint: Checkpoint) -> None:
         "recipe": checkpoint.recipe.to_json(),
         "splits_sha256": checkpoint.splits_sha256,
         "content_sha256": checkpoint.content_sha256,
-        "state": json.dumps(checkpoint.state, sort_keys=True),
+        "state": json.dumps(checkpoint.state),
         "sha256": UNSEALED,
     }
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in checkpoint.tensors.items()}

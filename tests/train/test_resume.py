@@ -50,7 +50,7 @@ def test_killed_within_epochs_again_and_again(world, tmp_path):
 
 
 def test_killed_at_the_worst_moments_one_after_the_other(world, tmp_path):
-    """While there is no last, which is the previous already; then while there is no best; then before metrics.jsonl."""
+    """While last is the previous already and there is none; while there is no best; and before metrics.jsonl."""
     run = tmp_path / "run"
     shutil.copytree(world / "begun", run)
     before = 1 + 1 + steps(world / "data", 1)  # metrics again, start, steps

@@ -32,8 +32,9 @@ train: $(READY) ## Train on DATASET and show its results
 	@$(if $(filter minicoseg,$(DATASET))$(RAW),$(BIN)/meshshard features $(DATASET) $(if $(RAW),--raw "$(RAW)") --jobs $(JOBS))
 	$(BIN)/meshshard train $(DATASET) $(if $(EPOCHS),--epochs $(EPOCHS)) $(ARGS)
 
-bench: $(READY) ## Measure the preparation beside the published way: minutes, into docs/benchmarks
+bench: $(READY) ## Measure preparation and training beside the published way: minutes, into docs/benchmarks
 	$(BIN)/meshshard bench $(ARGS)
+	$(BIN)/meshshard bench-train
 
 test: $(READY) ## Run the tests
 	$(BIN)/python -m pytest --numprocesses auto $(ARGS)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from meshshard.errors import UsageError
-from meshshard_train.commands.shared import Device, Run
+from meshshard_train.commands.shared import Device, Run, wait_quietly
 
 
 def predict(
@@ -24,6 +24,7 @@ def predict(
 
     Example: meshshard predict runs/minicoseg chair.obj --out labelled
     """
+    wait_quietly()
     from meshshard import open_dataset
     from meshshard_train import checkpoint
     from meshshard_train.device import choose_device

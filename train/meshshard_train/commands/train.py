@@ -7,7 +7,7 @@ import typer
 
 from meshshard.commands import Data, locate
 from meshshard.errors import UsageError
-from meshshard_train.commands.shared import Device, print_results
+from meshshard_train.commands.shared import Device, print_results, wait_quietly
 from meshshard_train.recipes import RECIPES
 
 RUNS = Path("runs")
@@ -43,6 +43,7 @@ def train(
 
     Example: meshshard train minicoseg --epochs 30
     """
+    wait_quietly()
     folder = locate(data)
     from meshshard import open_dataset  # torch takes a second to import: it stays out of --help
     from meshshard.files import lock_folder

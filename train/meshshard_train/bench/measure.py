@@ -38,15 +38,24 @@ CPU = torch.device("cpu")
 
 
 def interleaved(rounds: int, calls: dict[str, Callable[[], Any]]) -> dict[str, dict[str, float]]:
-    """Elapsed seconds of each call, `median` and `least`; they take turns, after one that does not count."""
-    spent: dict[str, list[float]] = {name: [] for name in calls}
+    """Seconds of each call: `median` and `least` elapsed, `cpu` the median of what all threads compute. They take
+    turns, after one that does not count."""
+    spent: dict[str, list[tuple[float, float]]] = {name: [] for name in calls}
     for number in range(rounds + 1):
         for name, call in calls.items():
-            start = time.perf_counter()
+            start, computing = time.perf_counter(), time.process_time()
             call()
             if number:
-                spent[name].append(time.perf_counter() - start)
-    return {name: {"median": statistics.median(times), "least": min(times)} for name, times in spent.items()}
+                spent[name].append((time.perf_counter() - start, time.process_time() - computing))
+    figures = {}
+    for name, times in spent.items():
+        elapsed, computed = zip(*times, strict=True)
+        figures[name] = {
+            "median": statistics.median(elapsed),
+            "least": min(elapsed),
+            "cpu": statistics.median(computed),
+        }
+    return figures
 
 
 def our_training(
@@ -98,8 +107,10 @@ def training(dataset: Dataset, folder: Path, rounds: int, packed: Sequence[int] 
             "meshes": 1 if way.startswith("peer") else meshes[way],
             "ms": times["median"],
             "least_ms": times["least"],
+            "cpu_ms": times["cpu"],
             "ratio": ms["peer"]["median"] / times["median"],
             "ratio_without_voting": ms["peer without voting"]["median"] / times["median"],
+            "cpu_ratio": ms["peer"]["cpu"] / times["cpu"],
         }
         for way, times in ms.items()
     ]

@@ -43,6 +43,9 @@ def train(
     ] = None,
     keep_gib: Annotated[float, typer.Option(help="Data up to this size stays on the device.", min=0)] = 4.0,
     tensorboard: Annotated[bool, typer.Option("--tensorboard", help="Write RUN/tensorboard too.")] = False,
+    compiling: Annotated[
+        bool, typer.Option("--compile", help="Compile the network first, in minutes: faster steps, other rounding.")
+    ] = False,
     device: Device = "auto",
     as_json: AsJson = False,
 ) -> None:
@@ -91,7 +94,9 @@ def train(
             every = range(chosen.seed, chosen.seed + seeds)
             configs = {folder_of(place, seed): replace(chosen, seed=seed) for seed in every}
         try:
-            made = [finished_run(dataset, c, r, where, loading, team, tensorboard) for r, c in configs.items()]
+            made = [
+                finished_run(dataset, c, r, where, loading, team, tensorboard, compiling) for r, c in configs.items()
+            ]
         except KeyboardInterrupt:
             raise UsageError(
                 "stopped; the same command goes on where it was saved last, "

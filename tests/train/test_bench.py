@@ -66,7 +66,7 @@ def test_every_figure_is_measured_and_on_the_page(balls, tmp_path):
         "gpu": None,
     }
     ours, peer, without = figures["training"]
-    assert (ours["meshes"], peer["meshes"], peer["ratio"], without["ratio_without_voting"]) == (2, 1, 1, 1)
+    assert (ours["meshes"], peer["meshes"], peer["ratio"], without["ratio_without_voting"]) == (2, 3, 1, 1)
     assert ours["ratio"] == pytest.approx(peer["ms"] / ours["ms"])
     assert set(figures["waiting"]) == set(measure.LOADINGS)
     assert all(0 < share < 1 for share in figures["waiting"].values())

@@ -20,9 +20,8 @@ def compiled(
 ) -> Callable[..., Tensor]:
     """A call that trains the network as its own does; its weights stay where they are.
 
-    Rows are padded before the compiled part, which so meets few numbers of them: it is compiled for the first, and
-    once more, for any number, when a second one comes. UsageError: layers that look at other vertices, whose rows may
-    not be padded; or no C++ compiler, where the processor computes.
+    Rows are padded before the compiled part, which is compiled once, for any number of them. UsageError: layers that
+    look at other vertices, whose rows may not be padded; or no C++ compiler, where the processor computes.
     """
     if config.normalisation != "layer" or config.backbone not in ("mlp_residual", "mlp"):
         raise UsageError(
@@ -35,7 +34,7 @@ def compiled(
             f"--compile needs a C++ compiler, and there is no {compiler}: install one (on Debian: apt install g++), "
             "name yours in the variable CXX, or leave --compile out"
         )
-    inner = torch.compile(network, backend=backend)
+    inner = torch.compile(network, dynamic=True, backend=backend)
 
     def forward(
         features_VC: Float[Tensor, "V C"],

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import torch
@@ -17,6 +17,7 @@ from meshshard import Dataset
 from meshshard_train.bench.peer import ACCUMULATED, Peer, vote_around_vertices
 from meshshard_train.bench.shapes import CLASSES, sample, write_obj
 from meshshard_train.checkpoint import network_for
+from meshshard_train.compiling import compiled
 from meshshard_train.config import TrainConfig
 from meshshard_train.data import steps_of
 from meshshard_train.loading import Loading, Meshes
@@ -26,8 +27,10 @@ from meshshard_train.state import State, started
 from meshshard_train.team import Team
 from meshshard_train.voting import vote
 
-PACKED = (2, 5, 10)
-"""Meshes a step: of the recipe's default, and more. Each divides the meshes of an epoch."""
+K = TypeVar("K")
+
+PACKED = (2, 3, 5, 10)
+"""Meshes a step: of the recipe's default, as the peer accumulates, and more. Each divides the meshes of an epoch."""
 LOADINGS = {
     "kept": Loading(),
     "streamed in the same process": Loading(keep_gib=0.0),
@@ -37,10 +40,10 @@ VOTES = 20
 CPU = torch.device("cpu")
 
 
-def interleaved(rounds: int, calls: dict[str, Callable[[], Any]]) -> dict[str, dict[str, float]]:
+def interleaved(rounds: int, calls: dict[K, Callable[[], Any]]) -> dict[K, dict[str, float]]:
     """Seconds of each call: `median` and `least` elapsed, `cpu` the median of what all threads compute. They take
     turns, after one that does not count."""
-    spent: dict[str, list[tuple[float, float]]] = {name: [] for name in calls}
+    spent: dict[K, list[tuple[float, float]]] = {name: [] for name in calls}
     for number in range(rounds + 1):
         for name, call in calls.items():
             start, computing = time.perf_counter(), time.process_time()
@@ -59,13 +62,15 @@ def interleaved(rounds: int, calls: dict[str, Callable[[], Any]]) -> dict[str, d
 
 
 def our_training(
-    dataset: Dataset, config: TrainConfig, loading: Loading, device: torch.device
+    dataset: Dataset, config: TrainConfig, loading: Loading, device: torch.device, compiling: bool = False
 ) -> Generator[float, None, None]:
     """Training without an end: a step at a time, seconds waited for its batch."""
     torch.manual_seed(config.seed)
     numbers = dataset.splits["train"]
     meshes = Meshes(dataset, config, device, loading)
     state = our_state(dataset, config, device)
+    if compiling:
+        state.forward = compiled(state.network, config, device)
     for _ in meshes.batches([[number] for number in numbers], None):  # what is kept is prepared
         pass
     for epoch in itertools.count():
@@ -91,28 +96,34 @@ def packing(dataset: Dataset, meshes: int) -> TrainConfig:
     return paper("segmentation", batch_vertices=meshes * dataset.vertex_counts[0])
 
 
-def training(dataset: Dataset, folder: Path, rounds: int, packed: Sequence[int] = PACKED) -> list[dict[str, Any]]:
-    """Milliseconds a mesh of our training by meshes a step, and of the peer with its rereading and voting and
-    without."""
-    ours = {count: our_training(dataset, packing(dataset, count), Loading(), CPU) for count in packed}
+def training(
+    dataset: Dataset, folder: Path, rounds: int, packed: Sequence[int] = PACKED, compiling: bool = False
+) -> list[dict[str, Any]]:
+    """Milliseconds a mesh of our training by meshes a step, the last also `compiling`; of the peer with its rereading
+    and voting and without."""
+    runs = {("ours", count): our_training(dataset, packing(dataset, count), Loading(), CPU) for count in packed}
+    if compiling:
+        config = packing(dataset, packed[-1])
+        runs["ours, compiled", packed[-1]] = our_training(dataset, config, Loading(), CPU, compiling)
     peer = Peer([dataset[number] for number in dataset.splits["train"]], folder)
-    calls: dict[str, Callable[[], Any]] = {f"ours {count}": partial(next, run) for count, run in ours.items()}
-    calls |= {"peer": partial(peer.train, voting=True), "peer without voting": partial(peer.train, voting=False)}
-    meshes = dict(zip(calls, (*packed, ACCUMULATED, ACCUMULATED), strict=True))
+    calls: dict[tuple[str, int], Callable[[], Any]] = {way: partial(next, run) for way, run in runs.items()}
+    calls["peer", ACCUMULATED] = partial(peer.train, voting=True)
+    calls["peer without voting", ACCUMULATED] = partial(peer.train, voting=False)
     spent = interleaved(rounds, calls)
-    ms = {way: {name: 1e3 * seconds / meshes[way] for name, seconds in spent[way].items()} for way in calls}
+    ms = {way: {name: 1e3 * seconds / way[1] for name, seconds in times.items()} for way, times in spent.items()}
+    voting, plain = ms["peer", ACCUMULATED], ms["peer without voting", ACCUMULATED]
     return [
         {
-            "way": way.rstrip(" 0123456789"),
-            "meshes": 1 if way.startswith("peer") else meshes[way],
+            "way": way,
+            "meshes": count,
             "ms": times["median"],
             "least_ms": times["least"],
             "cpu_ms": times["cpu"],
-            "ratio": ms["peer"]["median"] / times["median"],
-            "ratio_without_voting": ms["peer without voting"]["median"] / times["median"],
-            "cpu_ratio": ms["peer"]["cpu"] / times["cpu"],
+            "ratio": voting["median"] / times["median"],
+            "ratio_without_voting": plain["median"] / times["median"],
+            "cpu_ratio": voting["cpu"] / times["cpu"],
         }
-        for way, times in ms.items()
+        for (way, count), times in ms.items()
     ]
 
 

@@ -14,6 +14,9 @@ def bench_train(
     out: Annotated[Path, typer.Option(help="Folder for the table.")] = Path("docs/benchmarks"),
     threads: Annotated[int, typer.Option(help="Threads of the processor.", min=1)] = 2,
     rounds: Annotated[int, typer.Option(help="Rounds that medians are taken of.", min=1)] = 9,
+    compiling: Annotated[
+        bool, typer.Option("--compile", help="Measure the compiled network too: minutes more.")
+    ] = False,
     device: Device = "auto",
     as_json: AsJson = False,
 ) -> None:
@@ -39,7 +42,7 @@ def bench_train(
         dataset = shapes.write_shards(folder, meshes=60)
         figures: dict[str, Any] = {
             "versions": {library: version(library) for library in ("torch", "numpy", "scipy")},
-            "training": measure.training(dataset, folder, rounds),
+            "training": measure.training(dataset, folder, rounds, compiling=compiling),
             "voting": measure.voting(folder, rounds),
             "waiting": measure.waiting(dataset, steps=30),
             "starting": measure.starting(rounds),

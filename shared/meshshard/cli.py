@@ -26,6 +26,7 @@ VERBS = (
     "export",
     "generate",
     "bench",
+    "bench-train",
 )
 """Order in `--help`; verbs that others add follow."""
 

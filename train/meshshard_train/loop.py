@@ -13,6 +13,7 @@ from torch import Tensor
 
 from meshshard import Dataset, UsageError
 from meshshard_train import checkpoint
+from meshshard_train.compiling import compiled
 from meshshard_train.config import TrainConfig
 from meshshard_train.data import Batch, steps_of
 from meshshard_train.device import autocast
@@ -52,6 +53,7 @@ def train(
     report: Callable[[Progress], None] = lambda progress: None,  # noqa: ARG005
     loading: Loading = Loading(),
     team: Team = Team(),
+    compiling: bool = False,
 ) -> list[dict[str, Any]]:
     """Train to the configuration's last epoch and return the history, one row an epoch.
 
@@ -73,6 +75,8 @@ def train(
     )
     run.mkdir(parents=True, exist_ok=True)
     resume(run, state, dataset, config)
+    if compiling:
+        state.forward = compiled(state.network, config, device)
     data = f"{dataset.index.content_sha256} {dataset.index.splits_sha256}"
     team.check_same(f"data {data}, {config.to_json()}, epoch {state.epoch}, step {state.step}")
     if team.leads:
@@ -123,7 +127,7 @@ def _step(
     losses_B = torch.zeros(0, device=meshes.device)
     if batch is not None:
         with autocast(config.precision, meshes.device):
-            logits = logits_of(state.network(batch.features_VC, batch.mesh_V, batch.vertex_drops), batch, config.task)
+            logits = logits_of(state.forward(batch.features_VC, batch.mesh_V, batch.vertex_drops), batch, config.task)
         losses_B = mesh_losses(logits, batch, config.task, config.label_smoothing, config.map_regularisation)
         (losses_B.sum() / len(members)).backward()
     total = losses_B.detach().sum()

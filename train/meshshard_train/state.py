@@ -1,6 +1,7 @@
 """All that a run goes on from: what is saved after every epoch, and in long ones now and then."""
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,8 @@ LAST, BEST, METRICS = "last.safetensors", "best.safetensors", "metrics.jsonl"
 class State:
     """Where a run is. `average`: the moving average of the weights, by name, empty without one. `epoch`, `step`: the
     next to be done; `updates`: steps of all epochs. Of the epoch so far, `loss`: sum of the losses; `seen`: meshes;
-    `seconds`: the time it took, of which `waited` for data."""
+    `seconds`: the time it took, of which `waited` for data. `forward`: what is called to train the network, itself if
+    it is not compiled."""
 
     network: TaskDrivenNet
     optimizer: torch.optim.Optimizer
@@ -36,6 +38,10 @@ class State:
     seen: int = 0
     seconds: float = 0.0
     waited: float = 0.0
+    forward: Callable[..., Tensor] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.forward = self.network
 
     def weights(self) -> dict[str, Tensor]:
         """What is evaluated and kept as best: the average where there is one."""

@@ -32,12 +32,13 @@ def bench(
 
     from threadpoolctl import threadpool_limits
 
+    from meshshard.machine import processor
     from meshshard_prep.bench import measure, report, streaming
 
     sizes = {252: 3} if quick else measure.SIZES
     libraries = ("numpy", "scipy", "numba", "potpourri3d", "robust-laplacian")
     figures: dict[str, Any] = {
-        "processor": report.processor(),
+        "processor": processor(),
         "versions": {name: version(name) for name in libraries},
         "few_pairs": measure.FEW_PAIRS,
         "full_up_to": measure.FULL_UP_TO,

@@ -1,6 +1,5 @@
 """Figures of a benchmark as JSON, a page and a plot."""
 
-import platform
 from pathlib import Path
 from typing import Any
 
@@ -97,13 +96,3 @@ def plot(path: Path, rows: list[dict[str, Any]]) -> None:
     axes.grid(visible=True, which="both", alpha=0.3)
     axes.legend()
     figure.savefig(path, dpi=120, metadata={"Software": None})
-
-
-def processor() -> str:
-    """The processor's name, where the system tells it."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return platform.processor()
-    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor()

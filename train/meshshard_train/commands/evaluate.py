@@ -7,7 +7,7 @@ import typer
 from meshshard.commands import AsJson, locate
 from meshshard.errors import UsageError
 from meshshard.plain import to_json
-from meshshard_train.commands.shared import Device, Run, print_results
+from meshshard_train.commands.shared import Device, Run, print_results, wait_quietly
 
 
 def evaluate(
@@ -22,6 +22,7 @@ def evaluate(
 
     Example: meshshard evaluate runs/minicoseg --split test --json
     """
+    wait_quietly()
     from meshshard import open_dataset
     from meshshard_train import checkpoint
     from meshshard_train.config import VOTED

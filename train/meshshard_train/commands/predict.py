@@ -9,7 +9,7 @@ import typer
 from meshshard.commands import AsJson
 from meshshard.errors import UsageError
 from meshshard.plain import to_json
-from meshshard_train.commands.shared import Device
+from meshshard_train.commands.shared import Device, wait_quietly
 
 
 def predict(
@@ -32,6 +32,7 @@ def predict(
 
     meshshard predict best.safetensors my_folder_of_meshes --no-pictures --json
     """
+    wait_quietly()
     from meshshard_train import checkpoint
     from meshshard_train.commands.mesh_bar import mesh_bar
     from meshshard_train.device import choose_device

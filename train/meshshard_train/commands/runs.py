@@ -25,11 +25,12 @@ def finished_run(
     loading: Loading,
     team: Team,
     tensorboard: bool,
+    compiling: bool,
 ) -> tuple[dict[str, Any], list[Path]] | None:
     """Train, or go on, and evaluate: what results.json says, and the pictures. The first process of a team holds the
     folder, writes and tells; the others get None. UsageError as `train`, or another program holds the folder."""
     if not team.leads:
-        train(dataset, config, run, device, loading=loading, team=team)
+        train(dataset, config, run, device, loading=loading, team=team, compiling=compiling)
         return None
     with ExitStack() as stack:
         stack.enter_context(lock_folder(run))
@@ -45,5 +46,5 @@ def finished_run(
             for tell in told:
                 tell(progress)
 
-        history = train(dataset, config, run, device, report, loading, team)
+        history = train(dataset, config, run, device, report, loading, team, compiling)
         return write_results(dataset, run, history, device, loading)

@@ -1,5 +1,6 @@
 """What the verbs share: options, and the table of results."""
 
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +12,12 @@ from rich.text import Text
 
 Device = Annotated[str, typer.Option(help="auto, cpu or cuda.")]
 Run = Annotated[Path, typer.Argument(help="Folder of a run.")]
+
+
+def wait_quietly() -> None:
+    """Let threads that wait for each other sleep, before torch is imported: they spin otherwise, and training beside
+    anything else that computes is several times slower. Whoever set OMP_WAIT_POLICY keeps it."""
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 
 def print_results(results: dict[str, Any]) -> None:

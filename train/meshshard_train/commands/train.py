@@ -9,7 +9,7 @@ import typer
 from meshshard.commands import AsJson, Data, locate
 from meshshard.errors import UsageError
 from meshshard.plain import print_table, to_json
-from meshshard_train.commands.shared import Device, print_results
+from meshshard_train.commands.shared import Device, print_results, wait_quietly
 from meshshard_train.recipes import RECIPES
 
 RUNS = Path("runs")
@@ -45,6 +45,9 @@ def train(
     ] = None,
     keep_gib: Annotated[float, typer.Option(help="Data up to this size stays on the device.", min=0)] = 4.0,
     tensorboard: Annotated[bool, typer.Option("--tensorboard", help="Write RUN/tensorboard too.")] = False,
+    compiling: Annotated[
+        bool, typer.Option("--compile", help="Compile the network first, in minutes: faster steps, other rounding.")
+    ] = False,
     device: Device = "auto",
     as_json: AsJson = False,
 ) -> None:
@@ -57,6 +60,7 @@ def train(
 
     torchrun --nproc-per-node 2 -m -- meshshard train minicoseg
     """
+    wait_quietly()
     from meshshard import open_dataset  # torch takes a second to import: it stays out of --help
     from meshshard_train.commands.runs import finished_run
     from meshshard_train.loading import Loading
@@ -92,7 +96,9 @@ def train(
             every = range(chosen.seed, chosen.seed + seeds)
             configs = {folder_of(place, seed): replace(chosen, seed=seed) for seed in every}
         try:
-            made = [finished_run(dataset, c, r, where, loading, team, tensorboard) for r, c in configs.items()]
+            made = [
+                finished_run(dataset, c, r, where, loading, team, tensorboard, compiling) for r, c in configs.items()
+            ]
         except KeyboardInterrupt:
             raise UsageError(
                 "stopped; the same command goes on where it was saved last, "

@@ -21,6 +21,7 @@ from meshshard_train.evaluate import evaluate
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.loss import logits_of, mesh_losses
 from meshshard_train.members import split_of, training_numbers
+from meshshard_train.normalisation import check_processes
 from meshshard_train.schedule import best_epoch, is_over, learning_rate
 from meshshard_train.state import BEST, LAST, State, resume, save, started, to_checkpoint
 from meshshard_train.tasks import check_task
@@ -58,9 +59,10 @@ def train(
     `run` gets last.safetensors (all of the state, after every epoch and every five minutes), best.safetensors (the
     epoch with the highest score, the first of equals) and metrics.jsonl; the checkpoints before them stay as
     previous-*. A run that is there goes on from its last checkpoint. UsageError when it was started with another
-    configuration, data or classes, or when a loss is not finite.
+    configuration, data or classes, when a loss is not finite, or for batch normalisation in several processes.
     """
     check_task(dataset, config)
+    check_processes(config.normalisation, team.size)
     numbers, judges = training_numbers(dataset, config), split_of(dataset, JUDGES[config.selection])
     meshes = Meshes(dataset, config, device, loading)
     torch.manual_seed(config.seed)
@@ -113,7 +115,8 @@ def _step(
     losses_B = torch.zeros(0, device=meshes.device)
     if batch is not None:
         with autocast(config.precision, meshes.device):
-            logits = logits_of(state.network(batch.features_VC, batch.mesh_V, batch.vertex_drops), batch, config.task)
+            vertex_logits = state.network(batch.features_VC, batch.mesh_V, batch.vertex_drops, batch.used_V)
+            logits = logits_of(vertex_logits, batch, config.task)
         losses_B = mesh_losses(logits, batch, config.task, config.label_smoothing)
         (losses_B.sum() / len(members)).backward()
     total = losses_B.detach().sum()

@@ -84,7 +84,9 @@ def commands():
 
 def test_every_command_and_option_is_documented_and_nothing_else():
     sections = dict(
-        re.findall(r"^## meshshard (\w+)[^\n]*\n(.*?)(?=^## |\Z)", (DOCS / "cli.md").read_text(), flags=re.M | re.S)
+        re.findall(
+            r"^## meshshard ([\w-]+)[^\n]*\n(.*?)(?=^## |\Z)", (DOCS / "cli.md").read_text(), flags=re.M | re.S
+        )
     )
     found = dict(commands())
     assert set(sections) == set(found) == set(VERBS)

@@ -3,7 +3,6 @@
 import pytest
 import torch
 
-from meshshard_train import model
 from meshshard_train.config import BACKBONES, NORMALISATIONS
 from meshshard_train.model import BLOCKS, Block, TaskDrivenNet, drop_path_factors
 from meshshard_train.rows import Rows
@@ -21,16 +20,11 @@ VARIANTS = [
 ]
 
 
-@pytest.fixture
-def little_padding(monkeypatch):
-    """To save time."""
-    monkeypatch.setattr(model, "ROWS", 8)
-
-
 def network(normalisation, backbone):
     """In double, with branches that matter from the start."""
     torch.manual_seed(0)
     found = TaskDrivenNet(4, 3, normalisation, backbone).double()
+    found.pads_to = 8
     with torch.no_grad():
         for name, parameter in found.named_parameters():
             if name.endswith("gamma"):
@@ -49,7 +43,6 @@ def test_the_variants_are_all_there_are():
     assert {name for _, name in VARIANTS} == set(BACKBONES)
 
 
-@pytest.mark.usefixtures("little_padding")
 @pytest.mark.parametrize(("normalisation", "backbone"), VARIANTS)
 def test_packed_gradients_are_the_sum_of_those_of_each_mesh(normalisation, backbone):
     net, x = network(normalisation, backbone), features()
@@ -76,10 +69,10 @@ def test_packed_gradients_are_the_sum_of_those_of_each_mesh(normalisation, backb
 
 @pytest.mark.parametrize(("normalisation", "backbone"), VARIANTS)
 @torch.inference_mode()
-def test_neither_padding_nor_unused_vertices_change_anything(normalisation, backbone, monkeypatch):
+def test_neither_padding_nor_unused_vertices_change_anything(normalisation, backbone):
     net, x, found = network(normalisation, backbone), features(), []
     for rows, unused in ((1, 0.0), (8, 0.0), (64, 0.0), (1, 1e3)):
-        monkeypatch.setattr(model, "ROWS", rows)
+        net.pads_to = rows
         found.append(net(torch.where(USED[:, None], x, unused), MESH, None, USED)[USED])
     for other in found[1:]:
         torch.testing.assert_close(other, found[0], atol=1e-10, rtol=1e-8)
@@ -122,7 +115,6 @@ def test_parameters_of_the_variants(normalisation, backbone):
     assert sum(parameter.numel() for parameter in net.parameters()) == expected
 
 
-@pytest.mark.usefixtures("little_padding")
 @pytest.mark.parametrize("training", [True, False])
 def test_evaluation_changes_batch_normalisation_alone(training):
     """Running averages, which are kept with the weights, decide in evaluation and change in training only."""

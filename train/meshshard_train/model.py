@@ -84,14 +84,15 @@ class TaskDrivenNet(nn.Module):
 
     An encoder of four stages and a decoder that takes the encoder's outputs again, U-Net fashion. Faces and meshes
     take the means of their vertices' logits: see `pool_faces` and `pool_meshes`. 4,101,672 parameters for 25
-    features and 8 classes. `normalisation`, `backbone`: as in `config.TrainConfig`.
+    features and 8 classes. `normalisation`, `backbone`: as in `config.TrainConfig`. `pads_to`: the number of rows
+    that are computed is a multiple of it.
     """
 
     def __init__(
         self, in_features: int, outputs: int, normalisation: str = "layer", backbone: str = "mlp_residual"
     ) -> None:
         super().__init__()
-        kind = normalisation, backbone
+        self.pads_to, kind = ROWS, (normalisation, backbone)
         self.stem1, self.stem2 = stem(in_features, 256, normalisation), stem(256, 512, normalisation)
         self.encoder = nn.ModuleList(Stage(w, d, *kind) for w, d in zip((256, 256, 256, 512), STAGES, strict=True))
         self.decoder = nn.ModuleList(Stage(512, depth, *kind) for depth in STAGES)
@@ -115,7 +116,7 @@ class TaskDrivenNet(nn.Module):
         drop-path factors, encoder blocks first (see `drop_path_factors`); None in evaluation. `used_V`: vertices that
         others may see, where layers look at others; None: all."""
         vertices = features_VC.shape[0]
-        padding = (0, 0, 0, -vertices % ROWS)
+        padding = (0, 0, 0, -vertices % self.pads_to)
         features_VC = functional.pad(features_VC, padding)
         drop_VL = None if drop_VL is None else functional.pad(drop_VL, padding)
         parts = [None] * 8 if drop_VL is None else list(drop_VL.split((*STAGES, *STAGES), dim=1))

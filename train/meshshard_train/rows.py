@@ -4,6 +4,7 @@ Shapes: V rows, B meshes, C channels.
 """
 
 from functools import cached_property
+from typing import Any
 
 import torch
 from jaxtyping import Bool, Float, Int
@@ -15,19 +16,20 @@ class Rows:
     """The rows of `x_VC`: `vertices` of the meshes (None: all), then padding, which takes no part.
 
     `mesh_V`: the mesh of each vertex, rising from 0 (None: all of one); `used_V`: those that take part (None: all).
-    Nothing is computed before it is asked for: the published network, which is pointwise, never asks.
+    Nothing is computed before it is asked for: the published network, which is pointwise, never asks. (A SymInt is
+    the number in an exported network.)
     """
 
     def __init__(
         self,
         x_VC: Float[Tensor, "V C"],
-        vertices: int | None = None,
+        vertices: int | torch.SymInt | None = None,
         mesh_V: Int[Tensor, " n"] | None = None,
         used_V: Bool[Tensor, " n"] | None = None,
     ) -> None:
         self.given_mesh, self.given_used = mesh_V, used_V
         self.rows, self.device = x_VC.shape[0], x_VC.device
-        self.vertices = self.rows if vertices is None else vertices
+        self.vertices: Any = self.rows if vertices is None else vertices  # torch's types know no SymInt
 
     @cached_property
     def meshes(self) -> int:
@@ -69,15 +71,17 @@ class Rows:
 
     def with_neighbours(self, x_VC: Float[Tensor, "V C"]) -> Float[Tensor, "V 3*C"]:
         """The row before, the row, and the row after; 0 for one that is of another mesh or does not count."""
-        before_V1, after_V1 = (found.to(x_VC.dtype)[:, None] for found in self._neighbours)
-        before_VC = functional.pad(x_VC, (0, 0, 1, 0))[:-1] * before_V1
-        return torch.cat([before_VC, x_VC, functional.pad(x_VC, (0, 0, 0, 1))[1:] * after_V1], 1)
+        and_zeros_VC = functional.pad(x_VC, (0, 0, 0, 1))
+        return and_zeros_VC.index_select(0, self.neighbours.flatten()).view(self.rows, 3 * x_VC.shape[1])
 
     @cached_property
-    def _neighbours(self) -> tuple[Bool[Tensor, " V"], Bool[Tensor, " V"]]:
-        """Whether the row before is of the same mesh and counts, and whether the row after is."""
-        before_V = functional.pad(self.counted, (1, 0), value=-1)[:-1]
-        return before_V == self.mesh, functional.pad(self.counted, (0, 1), value=-1)[1:] == self.mesh
+    def neighbours(self) -> Int[Tensor, "V 3"]:
+        """Numbers of these rows; V for none."""
+        number = torch.arange(self.rows, device=self.device)
+        before_V = functional.pad(self.counted, (1, 0), value=-1)[:-1] == self.mesh
+        after_V = functional.pad(self.counted, (0, 1), value=-1)[1:] == self.mesh
+        before, after = torch.where(before_V, number - 1, self.rows), torch.where(after_V, number + 1, self.rows)
+        return torch.stack([before, number, after], 1)
 
 
 class OfMesh(nn.Module):

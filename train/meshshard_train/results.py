@@ -1,4 +1,4 @@
-"""What a finished run leaves for people: results.json, results.md and pictures."""
+"""What a finished run leaves for people: results.json, results.md, the model card and pictures."""
 
 import json
 from collections.abc import Sequence
@@ -11,6 +11,7 @@ from meshshard import Dataset, UsageError
 from meshshard.files import publish
 from meshshard.plain import to_json
 from meshshard_train import checkpoint
+from meshshard_train.card import write_card
 from meshshard_train.evaluate import VOTING_ROUNDS, evaluate
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.model import TaskDrivenNet
@@ -55,6 +56,7 @@ def write_results(
     }
     publish(run / RESULTS, to_json(results).encode() + b"\n")
     publish(run / "results.md", _markdown(results).encode())
+    write_card(run, best, dataset, results, device)
     pictures = [run / "curves.png"]
     curves(pictures[0], history, title=f"{dataset.name}, recipe {best.config.recipe}")
     if best.config.task == "segmentation":

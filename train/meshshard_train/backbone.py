@@ -6,9 +6,9 @@ blocks; stems, tails and head stay. Without residual the block's sum is left out
 ReLU(gamma * branch), and no path is dropped, for there is no other. With 25 inputs and 8 classes the networks of
 convolutions have 10,663,464 parameters, the others 4,101,672.
 
-`gamma` starts at 1e-6, as published, but at 1 in `conv`. With 1e-6 and no sum nothing of the input gets through: that
-explains the article's 25.2 % for the plain MLP (the largest class of that test split has 25.24 % of its faces), but
-the convolution without residual learned.
+`gamma` starts at 1e-6, as published, but at 1 in `conv`. With 1e-6 and no sum nothing of the input gets through, and
+the stem's gradient is 0: such a network cannot learn. That would explain the article's 25.2 % for the plain MLP (the
+largest class of that test split has 25.24 % of its faces); but its convolution without residual learned: 84.0 %.
 """
 
 from dataclasses import dataclass

@@ -2,9 +2,11 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +14,8 @@ from plyfile import PlyData
 from samples import toy_dataset
 from shapes import bumpy, joined, sphere, write_labels, write_obj
 
-from meshshard import open_dataset
+from meshshard import UsageError, open_dataset
+from meshshard_train.commands.predict import predict
 
 
 def meshshard(*arguments, cwd=None):
@@ -116,11 +119,11 @@ def test_evaluate_says_what_training_said(world):
     assert status == 0, error
     found, told = json.loads(out), json.loads((world / "run" / "results.json").read_text())
     assert found["rows"]["test"] == pytest.approx(told["rows"]["test"])
-    assert set(found["class_iou"]) == {"0", "1"}
+    assert set(found["per_class"]["test"]["voted"]) == {"0", "1"}
     assert "test" in meshshard("evaluate", "run", cwd=world)[1]
     status, _, error = meshshard("evaluate", "run", "--split", "tset", cwd=world)
     assert status == 2
-    assert "there are test, train, val" in " ".join(error.split())
+    assert "no meshes in the split 'tset' (test: 3, train: 6, val: 3)" in " ".join(error.split())
 
 
 def test_training_again_does_nothing_and_other_settings_are_refused(world):
@@ -133,36 +136,79 @@ def test_training_again_does_nothing_and_other_settings_are_refused(world):
     assert "epochs: 3 against 4" in " ".join(error.split())
 
 
-def test_predict_labels_a_mesh_that_was_never_in_a_data_set(world):
+def test_predict_labels_meshes_that_were_never_in_a_data_set(world):
     vertices, _ = sphere(1)
-    quads = "f 1 3 5 4\nf 1 5 3\nf 2 3 5\n"  # a polygon among triangles
+    polygons = "f 1 3 5 4\nf 1 5 3\nf 2 3 5\n"  # one among triangles
     lines = "".join(f"v {x} {y} {z}\n" for x, y, z in (50 * vertices + 7).tolist())
-    (world / "new.obj").write_text(lines + quads)
-    status, out, error = meshshard("predict", "run", "new.obj", "--out", "labelled", cwd=world)
-    assert status == 0, error
-    assert "new.obj: faces of" in out
-    ply = PlyData.read(world / "labelled" / "new.ply")
+    (world / "new.obj").write_text(lines + polygons)
+    (world / "bad.obj").write_text("v 0 0 0\n")
+    (world / "labelled").mkdir()
+    (world / "labelled" / "other.seg").write_text("0\n")
+    chosen = json.loads((world / "run" / "results.json").read_text())["voting_rounds"]
+    status, out, error = meshshard(
+        "predict", "run", "new.obj", "bad.obj", "raw", "--out", "labelled", "--json", cwd=world
+    )
+    assert status == 1, error
+    assert "refused  bad.obj: " in error
+    meshes = {mesh["source"]: mesh for mesh in json.loads(out)}
+    assert set(meshes) == {"new.obj", "bad.obj", *(f"raw/{part}/m{n}.obj" for part, n in parts())}
+    assert meshes["bad.obj"]["refused"]["code"] == "no-faces"
+    assert meshes["bad.obj"]["files"] == []
+    for part, number in parts():
+        mesh = meshes[f"raw/{part}/m{number}.obj"]
+        assert mesh["files"] == [
+            f"labelled/{part}/m{number}.{end}" for end in ("ply", "seg", "confidence", "png", "json")
+        ]
+        assert (sum(mesh["counts"].values()), mesh["voting_rounds"]) == (32 * 4 ** (number % 2), chosen)
+    new = world / "labelled" / "new.obj"
+    ply = PlyData.read(new.with_suffix(".ply"))
     np.testing.assert_allclose(ply["vertex"]["x"], 50 * vertices[:, 0] + 7, atol=1e-3)
     assert len(ply["face"].data) == 4
-    assert len((world / "labelled" / "new.seg").read_text().splitlines()) == 3
-    assert (world / "labelled" / "new.png").read_bytes().startswith(b"\x89PNG")
+    assert len(new.with_suffix(".seg").read_text().splitlines()) == 3
+    assert len(new.with_suffix(".confidence").read_text().splitlines()) == 3
+    assert new.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+    assert (world / "labelled" / "other.seg").read_text() == "0\n"
 
 
-def test_predict_of_a_bad_file_says_why(world):
-    (world / "bad.obj").write_text("v 0 0 0\n")
-    status, out, error = meshshard("predict", "run", "bad.obj", cwd=world)
-    assert (status, out) == (1, "")
-    assert "refused  bad.obj: " in error
-    assert "no-faces" in error
-    status, _, error = meshshard("predict", "run", "raw/train/m0.obj", "raw/train/m0.obj", cwd=world)
-    assert status == 2
-    assert "two meshes called m0" in error
-    status, out, error = meshshard("predict", "run", "new.obj", "minicoseg", cwd=world)
-    assert (status, out) == (2, "")
-    assert "minicoseg: no such mesh file or folder" in error
-    status, _, error = meshshard("predict", "nowhere", "bad.obj", cwd=world)
-    assert status == 2
-    assert "train first" in error
+def parts():
+    return [("test" if number > 8 else "train", number) for number in range(12)]
+
+
+def test_predict_from_a_checkpoint_alone_says_that_nothing_votes(world):
+    vertices, faces = bumpy(5, 1)
+    for folder in ("a", "b"):
+        write_obj(world / folder / "deep" / "m.obj", vertices, faces)
+    (world / "moved.safetensors").write_bytes((world / "run" / "best.safetensors").read_bytes())
+    words = ["predict", "moved.safetensors", "a", "b", "--no-pictures", "--out", "from"]
+    status, out, error = meshshard(*words, cwd=world)
+    assert (status, error) == (
+        0,
+        "moved.safetensors does not say how many rounds of voting to take: none; or say --vote N\n",
+    )
+    assert [line.split(": ")[0] for line in out.splitlines()] == ["a/deep/m.obj", "b/deep/m.obj"]
+    assert "from/a/deep/m.ply, .seg, .confidence, .json" in out.splitlines()[0]
+    for ending in ("ply", "seg", "confidence"):
+        first, second = ((world / "from" / folder / "deep" / f"m.{ending}").read_bytes() for folder in "ab")
+        assert first == second
+
+
+@pytest.mark.parametrize(
+    ("run", "options", "message"),
+    [
+        ("run", {"mesh": [Path("raw"), Path("absent")]}, "absent: no such mesh file or folder"),
+        ("run", {"out": Path("raw")}, "results would be written beside the mesh raw/test/m10.obj"),
+        ("run", {"jobs": 0}, "--jobs is the number of processes"),
+        ("nowhere", {}, "train first"),
+        ("run/val.png", {}, "run/val.png is no checkpoint that can be used"),
+        ("short", {}, "short is no checkpoint that can be used: its content does not have the sha256"),
+        ("shards/index.json", {}, "is no checkpoint that can be used"),
+    ],
+)
+def test_predict_refuses_by_name(world, monkeypatch, run, options, message):
+    monkeypatch.chdir(world)
+    Path("short").write_bytes(Path("run/best.safetensors").read_bytes()[:-1])
+    with pytest.raises(UsageError, match=re.escape(message)):
+        predict(Path(run), **({"mesh": [Path("raw")]} | options))
 
 
 def test_a_dry_run_writes_nothing_and_status_knows_the_raw_files(world, tmp_path):

@@ -1,13 +1,21 @@
 """Labels as a text file for other tools: one integer a line, and what each line is of."""
 
 import numpy as np
-from jaxtyping import Int, Int64
+from jaxtyping import Float, Float64, Int, Int64
 
 from meshshard.recipe import Recipe
 from meshshard.sample import Sample
 
-SIMPLIFIED = "each line is of a face of the simplified mesh, not of the mesh file"
-"""What users are told where `line_labels` are of stored triangles."""
+
+def line_note(recipe: Recipe, domain: str) -> str:
+    """What users are told where lines are not of the mesh file; empty where they are. `domain`: "face", "edge" or
+    "vertex". Faces are traced back through steps, for each triangle comes from one; not through simplify. Vertices
+    and edges are not: what a step merged or left out is not in the shard."""
+    if domain == "face":
+        return "each line is of a face of the simplified mesh, not of the mesh file" if recipe.simplify else ""
+    what = {"edge": "an edge", "vertex": "a vertex"}[domain]
+    changed = f"each line is of {what} of the stored mesh, which the recipe changed, not of the mesh file"
+    return changed if recipe.changes_mesh else ""
 
 
 def line_labels(sample: Sample, labels: Int[np.ndarray, " F"], recipe: Recipe) -> Int[np.ndarray, " L"]:
@@ -18,6 +26,16 @@ def line_labels(sample: Sample, labels: Int[np.ndarray, " F"], recipe: Recipe) -
     of them. Simplified triangles lie on no one face: with a recipe that simplifies, each has a line of its own.
     """
     return labels if recipe.simplify else most_common(sample.face_source, labels, sample.polygons)
+
+
+def line_confidence(
+    sample: Sample, lines: Int[np.ndarray, " L"], probabilities: Float[np.ndarray, "F K"], recipe: Recipe
+) -> Float64[np.ndarray, " L"]:
+    """How probable the label of each line of `line_labels` is: the mean over the triangles of its face. 0 for a line
+    without a label. `probabilities`: of each class, for each stored triangle."""
+    line_F = np.arange(len(sample.faces)) if recipe.simplify else sample.face_source
+    of_line_F = probabilities[np.arange(len(line_F)), lines[line_F]]
+    return np.bincount(line_F, of_line_F, len(lines)) / np.maximum(np.bincount(line_F, minlength=len(lines)), 1)
 
 
 def as_lines(labels: Int[np.ndarray, " L"]) -> bytes:

@@ -26,7 +26,7 @@ def class_colour(number: int, chosen: Sequence[str] = ()) -> str:
     return UNLABELLED if number < 0 else colours[number % len(colours)]
 
 
-def colours_of(labels: Int[np.ndarray, " n"], chosen: Sequence[str] = ()) -> UInt8[np.ndarray, "n 3"]:
+def colours_of(labels: Int[np.ndarray, "*n"], chosen: Sequence[str] = ()) -> UInt8[np.ndarray, "*n 3"]:
     """Red, green and blue of each label."""
     highest = int(labels.max(initial=-1))
     return _bytes_of([class_colour(number, chosen) for number in range(-1, highest + 1)])[labels + 1]

@@ -61,12 +61,14 @@ def render(
     brightness = _brightness(corners)
     scene = EmbreeScene(robust=True)  # a ray along an edge hits one of its faces
     TriangleMesh(scene, corners)
-    light = np.zeros((size * size, 4))
-    origins = np.full((size, size, 3), 1 + corners[..., 2].max(), dtype=np.float32)
+    left, above = ((1 - (high - low)[:2] / 2 / reach) * size / 2).astype(int)  # pixels that nothing is in
+    columns, rows = np.arange(left, size - left), np.arange(above, size - above)[:, None]
+    light = np.zeros((rows.size * columns.size, 4))
+    origins = np.full((rows.size, columns.size, 3), 1 + corners[..., 2].max(), dtype=np.float32)
     inside = (np.arange(RAYS) + 0.5) / RAYS
     for down, across in product(inside, inside):  # one ray a pixel at a time
-        origins[..., 0] = (np.arange(size) + across) * 2 / size - 1
-        origins[..., 1] = 1 - (np.arange(size)[:, None] + down) * 2 / size
+        origins[..., 0] = (columns + across) * 2 / size - 1
+        origins[..., 1] = 1 - (rows + down) * 2 / size
         hits = scene.run(origins.reshape(-1, 3), TO_SCREEN, output=True)
         met = np.flatnonzero(hits["primID"] >= 0)
         face, second, third = (hits[name][met] for name in ("primID", "u", "v"))
@@ -77,7 +79,9 @@ def render(
         light[met, 3] += 1
     covered = np.maximum(light[:, 3:], 1)
     pixels = np.hstack([light[:, :3] / covered, 255 / RAYS**2 * light[:, 3:]])
-    return np.rint(pixels).clip(0, 255).astype(np.uint8).reshape(size, size, 4)
+    picture = np.zeros((size, size, 4), dtype=np.uint8)
+    picture[rows, columns] = np.rint(pixels).clip(0, 255).reshape(rows.size, columns.size, 4)
+    return picture
 
 
 def _brightness(corners: Float[np.ndarray, "F 3 3"]) -> Float[np.ndarray, " F"]:

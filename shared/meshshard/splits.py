@@ -93,11 +93,13 @@ def draw_folds(members: Sequence[Member], folds: int, seed: int) -> dict[str, in
 
 def few_shot(members: Sequence[Member], fraction: float, seed: int) -> frozenset[str]:
     """Ids of `fraction` of the members, at least one: nested, so that the tenth of a seed holds its hundredth.
-    Classes keep their shares as far as the number allows."""
+
+    Classes keep their shares as far as the number allows; among meshes without a class, groups do.
+    """
     rng = np.random.default_rng(seed)
     members = sorted(members, key=lambda member: member.id)
     ranked = []
-    for ids in _by(members, [member.label for member in members]):
+    for ids in _by(members, [member.group if member.label < 0 else member.label for member in members]):
         places = rng.permutation(len(ids))
         # rank within the class over its size: a prefix of the whole order takes the same share of each class
         ranked += [((place + rng.random()) / len(ids), name) for place, name in zip(places, ids, strict=True)]

@@ -18,7 +18,14 @@ from meshshard_train.results import write_results
 from meshshard_train.state import BEST, started, to_checkpoint
 
 CONFIG = paper("segmentation", precision="fp32", epochs=2)
-RESULTS = {"epoch": 1, "epochs": 2, "seconds": 5400.0, "voting_rounds": 3, "rows": {"val": {"accuracy": 0.5}}}
+RESULTS = {
+    "epoch": 1,
+    "epochs": 2,
+    "seconds": 5400.0,
+    "voting_rounds": 3,
+    "classes_not_trained": ["high"],
+    "rows": {"val": {"accuracy": 0.5}},
+}
 
 
 @pytest.fixture
@@ -96,7 +103,7 @@ def test_licence_citation_and_notes_are_the_data_sets_and_break_nothing(dataset)
         ({"rotation_axes": ""}, "were not turned", "quarter turns"),
         ({"features": ("hks",)}, "do not depend on how a mesh is turned", "quarter turns"),
         ({"train_fraction": 0.5}, "a share of 0.5 of the training split", "no test split"),
-        ({}, "centred and divided by its largest distance", "were not learned"),
+        ({}, "centred and divided by its largest distance", "no test split"),
     ],
 )
 def test_limits_follow_from_the_settings(dataset, changes, said, unsaid):
@@ -110,6 +117,8 @@ def test_limits_follow_from_the_data(tmp_path):
     folder = write_dataset(tmp_path / "a", samples, ["train", "train", "val", "val"], task="classification")
     text = card(open_dataset(folder), paper("classification"))
     assert "No training mesh has high: these classes were not learned." in text
+    whole = card(open_dataset(folder), paper("classification"), RESULTS | {"classes_not_trained": []})
+    assert "were not learned" not in whole
     assert "There is no test split: all figures are of meshes that chose the epoch." in text
     assert "Takes a triangle mesh and gives one class." in text
 

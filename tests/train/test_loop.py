@@ -10,7 +10,6 @@ from meshshard import UsageError, open_dataset
 from meshshard_train import checkpoint, loop
 from meshshard_train.loop import learning_rate, train
 from meshshard_train.recipes import paper
-from meshshard_train.results import write_results
 
 CPU = torch.device("cpu")
 CONFIG = paper("segmentation", epochs=4, warmup_epochs=1.0, batch_vertices=100, precision="fp32")
@@ -116,24 +115,3 @@ def test_schedule():
     rates = [learning_rate(config, epoch) for epoch in (0.0, 2.0, 4.0, 12.0, 20.0)]
     assert rates == pytest.approx([1e-4, 0.05005, 0.1, 0.05, 0], abs=1e-12)
     assert learning_rate(replace(config, epochs=6), 2.0) == pytest.approx(0.1)  # a short run leaves warm-up too
-
-
-def test_classification_and_results(tmp_path):
-    samples = [sample(n, labels=None, mesh_label=n % 2, label_domain="mesh") for n in range(10)]
-    splits = ["train"] * 6 + ["val"] * 2 + ["test"] * 2
-    folder = write_dataset(tmp_path / "a", samples, splits, task="classification", classes=("even", "odd"))
-    dataset = open_dataset(folder)
-    history = train(dataset, paper("classification", epochs=2, precision="fp32"), tmp_path / "run", CPU)
-    results, pictures = write_results(dataset, tmp_path / "run", history, CPU)
-    assert {split: list(row) for split, row in results["rows"].items()} == {"val": ["accuracy"], "test": ["accuracy"]}
-    assert [p.name for p in pictures] == ["curves.png"]
-    assert "| split | accuracy |" in (tmp_path / "run" / "results.md").read_text()
-
-
-def test_results_of_segmentation(dataset, tmp_path):
-    history = train(dataset, CONFIG, tmp_path / "run", CPU)
-    results, pictures = write_results(dataset, tmp_path / "run", history, CPU)
-    assert json.loads((tmp_path / "run" / "results.json").read_text()) == results
-    assert results["rows"]["test"]["accuracy"] > 0.3
-    assert all(path.read_bytes().startswith(b"\x89PNG") for path in pictures)
-    assert [p.name for p in pictures] == ["curves.png", "val.png", "test.png"]

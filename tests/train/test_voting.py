@@ -4,38 +4,81 @@ import numpy as np
 import pytest
 from shapes import FAMILY
 
-from meshshard_train.voting import vertex_neighbours, vote
+from meshshard_train.voting import neighbours, vote
 
 
-def one_round(labels, faces):
-    """Every face asks all faces that share a vertex with it, itself once; ties to the lowest class."""
+def together(faces, vertices, task):
+    """For each face, or vertex, the numbers of those it votes with, itself among them; by plain loops."""
+    sets = [set(face) for face in faces.tolist()]
+    if task == "segmentation":
+        return [[i for i, other in enumerate(sets) if other & face] for face in sets]
+    return [sorted(set().union({vertex}, *(face for face in sets if vertex in face))) for vertex in range(vertices)]
+
+
+def one_round(labels, near):
     result = []
-    for face in faces.tolist():
-        votes = Counter(int(labels[i]) for i, other in enumerate(faces.tolist()) if set(face) & set(other))
+    for members in near:
+        votes = Counter(int(labels[i]) for i in members)
         result.append(min(votes, key=lambda label: (-votes[label], label)))
     return np.array(result)
 
 
+TASKS = ["segmentation", "vertex_segmentation"]
+
+
+@pytest.mark.parametrize("task", TASKS)
 @pytest.mark.parametrize("name", FAMILY)
-def test_against_a_plain_loop(name):
-    _, faces = FAMILY[name]
-    labels = np.random.default_rng(0).integers(0, 4, len(faces))
+def test_against_a_plain_loop(name, task):
+    vertices, faces = FAMILY[name]
+    near = neighbours(faces, len(vertices), task)
+    labels = np.random.default_rng(0).integers(0, 4, near.shape[0])
+    plain = together(faces, len(vertices), task)
     expected = labels
     for rounds in range(4):
-        np.testing.assert_array_equal(vote(labels, faces, rounds), expected)
-        expected = one_round(expected, faces)
+        np.testing.assert_array_equal(vote(labels, near, rounds), expected)
+        expected = one_round(expected, plain)
+
+
+def test_labels_that_return_every_second_round_are_those_of_round_after_round():
+    vertices, faces = FAMILY["pieces"]
+    near, returned = neighbours(faces, len(vertices), "segmentation"), 0
+    for seed in range(60):
+        labels = np.random.default_rng(seed).integers(0, 3, len(faces))
+        single = labels
+        for rounds in range(16):
+            np.testing.assert_array_equal(vote(labels, near, rounds), single)
+            single = vote(single, near, 1)
+        returned += not np.array_equal(single, vote(single, near, 1))
+    assert returned > 0
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_the_order_of_faces_and_vertices_does_not_matter(task):
+    vertices, faces = FAMILY["torus"]
+    rng = np.random.default_rng(1)
+    order, new = rng.permutation(len(faces)), rng.permutation(len(vertices))
+    near = neighbours(faces, len(vertices), task)
+    other = neighbours(new[faces][order], len(vertices), task)
+    labels = rng.integers(0, 3, near.shape[0])
+    places = order if task == "segmentation" else np.argsort(new)
+    np.testing.assert_array_equal(vote(labels[places], other, 3), vote(labels, near, 3)[places])
 
 
 def test_agreement_stays_and_a_lonely_face_gives_in():
-    _, faces = FAMILY["sphere"]
+    vertices, faces = FAMILY["sphere"]
+    near = neighbours(faces, len(vertices), "segmentation")
     labels = np.full(len(faces), 2)
-    np.testing.assert_array_equal(vote(labels, faces, 5), labels)
+    np.testing.assert_array_equal(vote(labels, near, 5), labels)
     labels[7] = 0
-    assert (vote(labels, faces, 1) == 2).all()
+    assert (vote(labels, near, 1) == 2).all()
 
 
-def test_degenerate_and_lone_faces():
+def test_degenerate_and_lone_faces_and_vertices():
     faces = np.array([[0, 0, 1], [5, 6, 7]])
-    assert vote(np.array([3, 1]), faces, 2).tolist() == [3, 1]
-    assert vertex_neighbours(faces).toarray().tolist() == [[1, 0], [0, 1]]
-    assert vote(np.zeros(0, dtype=int), np.zeros((0, 3), dtype=int), 2).tolist() == []
+    near = neighbours(faces, 8, "segmentation")
+    assert near.toarray().tolist() == [[1, 0], [0, 1]]
+    assert vote(np.array([3, 1]), near, 2).tolist() == [3, 1]
+    near = neighbours(faces, 8, "vertex_segmentation")
+    assert vote(np.array([2, 1, 3, 4, 5, 1, 1, 0]), near, 2).tolist() == [1, 1, 3, 4, 5, 1, 1, 1]
+    nothing = neighbours(np.zeros((0, 3), dtype=int), 0, "segmentation")
+    assert vote(np.zeros(0, dtype=int), nothing, 2).tolist() == []

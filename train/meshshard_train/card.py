@@ -1,7 +1,7 @@
 """The model card of a finished run: facts about its data, its training, its figures and its limits, as Markdown."""
 
 import platform
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from meshshard.files import publish, sha256_of_file
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import TrainConfig
 from meshshard_train.inputs import TURNED
-from meshshard_train.members import classes_without, training_numbers
+from meshshard_train.members import training_numbers
 from meshshard_train.state import BEST
 
 CARD = "model_card.md"
@@ -85,6 +85,7 @@ def card_text(best: Checkpoint, dataset: Dataset, results: dict[str, Any], sha25
                 | {
                     "epochs done": results["epochs"],
                     "epoch that is kept": results["epoch"],
+                    "rounds of voting": results.get("voting_rounds", "none"),
                     "hours": f"{results['seconds'] / 3600:.2f}",
                     "finished on": machine,
                     "torch": torch.__version__,
@@ -94,25 +95,29 @@ def card_text(best: Checkpoint, dataset: Dataset, results: dict[str, Any], sha25
             ),
             "## Results",
             "",
-            f"{config.protocol[0].upper()}{config.protocol[1:]}. Voting rounds: {results['voting_rounds']}. "
-            "Shares of 1, as in results.json.",
+            f"{config.protocol[0].upper()}{config.protocol[1:]}. As in results.json: shares of 1, or geodesic errors "
+            "over the square root of the area.",
             *_figures(results["rows"]),
             "## Use and limits",
             "",
-            *(f"* {_plain(line)}" for line in limits(dataset, config, counts, numbers)),
+            *(
+                f"* {_plain(line)}"
+                for line in limits(dataset, config, counts, results.get("classes_not_trained", ()))
+            ),
             "",
         ]
     )
 
 
-def limits(dataset: Dataset, config: TrainConfig, counts: list[int], numbers: Iterable[int]) -> list[str]:
-    """What the network can be used for and what not, as far as it follows from its data and settings."""
+def limits(dataset: Dataset, config: TrainConfig, counts: list[int], missing: Sequence[str]) -> list[str]:
+    """What the network can be used for and what not, as far as it follows from its data and settings. `counts`: of
+    vertices of the training meshes; `missing`: classes that none of them has."""
     lines = [
         f"Use: {GIVES[config.task]}, for meshes like those of {dataset.name}, with features of the recipe above "
         "(`meshshard predict` computes them).",
         f"It learned from meshes of {min(counts)} to {max(counts)} vertices.",
     ]
-    if missing := classes_without(dataset, list(numbers), config.task):
+    if missing:
         lines.append(f"No training mesh has {', '.join(missing)}: these classes were not learned.")
     if not set(TURNED) & set(config.features):
         lines.append("Its features do not depend on how a mesh is turned.")

@@ -12,6 +12,10 @@ BACKBONES = ("mlp_residual", "mlp", "conv_residual", "conv")
 SCHEDULES = ("cosine", "constant")
 SELECTIONS = ("validation", "test")
 PRECISIONS = ("auto", "bf16", "fp32")
+VOTED = ("segmentation", "vertex_segmentation")
+"""Tasks with majority voting."""
+PUBLISHED_PROTOCOL = "published protocol: epoch chosen on TEST"
+"""Stands wherever a figure of such a run is shown."""
 FEATURES = {
     "vertices": 3,
     "vertex_normals": 3,
@@ -28,7 +32,9 @@ class TrainConfig:
     """Everything that decides the numbers of a run, but data and hardware.
 
     Network. `normalisation`: layer, batch, group, instance, or grn (global response). `backbone`: mlp_residual as
-    published, or one of its ablations. `coordinates`: functional coordinates of a vertex, for correspondence.
+    published, or one of its ablations. `coordinates`: functional coordinates of a vertex, for correspondence, where
+    functional maps are between the lowest `eigenfunctions` and `map_regularisation` weighs that they commute with the
+    Laplacians of meshes of area 1.
     Input. `scaling`: "log-standard" (logarithm of the HKS; HKS and dihedral to mean 0, deviation 1 in each mesh and
     channel) or "min-max" (to 0..1 in each mesh and channel, as published). `rotation_axes`: a mesh is turned by a
     random number of quarter turns about one of these axes, drawn anew each epoch; "" for none. `train_fraction`: of
@@ -49,6 +55,8 @@ class TrainConfig:
     normalisation: str = "layer"
     backbone: str = "mlp_residual"
     coordinates: int = 30
+    eigenfunctions: int = 30
+    map_regularisation: float = 1e-6
     epochs: int = 60
     warmup_epochs: float = 3.0
     schedule: str = "cosine"
@@ -77,6 +85,8 @@ class TrainConfig:
             "normalisation": (self.normalisation in NORMALISATIONS, f"one of {', '.join(NORMALISATIONS)}"),
             "backbone": (self.backbone in BACKBONES, f"one of {', '.join(BACKBONES)}"),
             "coordinates": (self.coordinates >= 1, "1 or more"),
+            "eigenfunctions": (self.eigenfunctions >= 1, "1 or more"),
+            "map_regularisation": (self.map_regularisation > 0, "above 0"),
             "epochs": (self.epochs >= 1, "1 or more"),
             "warmup_epochs": (self.warmup_epochs >= 0, "0 or more"),
             "schedule": (self.schedule in SCHEDULES, f"one of {', '.join(SCHEDULES)}"),
@@ -99,15 +109,17 @@ class TrainConfig:
         for name, (holds, allowed) in rules.items():
             if not holds:
                 raise UsageError(f"training setting {name} is {allowed}, not {getattr(self, name)!r}")
-        if self.selection == "test" and self.voting_rounds < 0 and self.task != "classification":
+        if self.selection == "test" and self.voting_rounds < 0 and self.task in VOTED:
             raise UsageError("training setting selection = test needs voting_rounds: nothing else chooses them")
 
     @property
     def protocol(self) -> str:
         """How epoch and voting rounds are chosen, in words that go with every figure."""
         if self.selection == "test":
-            return "published protocol: epoch chosen on TEST"
-        return "epoch and voting rounds chosen on validation"
+            return PUBLISHED_PROTOCOL
+        if self.voting_rounds < 0 and self.task in VOTED:
+            return "epoch and rounds of voting chosen on validation"
+        return "epoch chosen on validation"
 
     def to_json(self) -> str:
         """One canonical line."""

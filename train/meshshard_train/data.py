@@ -1,8 +1,7 @@
 """Samples to packed batches of tensors. Order and augmentation are pure functions of (seed, epoch)."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -13,41 +12,30 @@ from meshshard import Sample
 from meshshard_train.config import TrainConfig
 from meshshard_train.inputs import inputs_of, turned_columns
 from meshshard_train.model import BLOCKS, drop_path_factors
-from meshshard_train.tasks import labels_of, learnable
-
-
-class _OfTensors:
-    """A dataclass of tensors, or of such dataclasses, that moves as one."""
-
-    def _each(self, change: Any) -> Any:
-        values = {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
-        return replace(self, **{n: change(v) for n, v in values.items() if isinstance(v, Tensor)})  # type: ignore[type-var]
-
-    def to(self, device: torch.device) -> Any:
-        """The same on another device; a pinned one is copied while the caller goes on."""
-        return self._each(lambda tensor: tensor.to(device, non_blocking=True))
-
-    def pin_memory(self) -> Any:
-        """The same in memory that a GPU can fetch from by itself."""
-        return self._each(lambda tensor: tensor.pin_memory())
+from meshshard_train.pairs import pair_sizes
+from meshshard_train.spectra import Spectrum, spectrum_of
+from meshshard_train.tasks import labels_of
+from meshshard_train.tensors import OfTensors
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Prepared(_OfTensors):
+class Prepared(OfTensors):
     """One mesh as the network takes it, before augmentation. `labels`: -1 is not known and not learned."""
 
     features_VC: Float[Tensor, "V C"]
     used_V: Bool[Tensor, " V"]
     faces_F3: Int[Tensor, "F 3"]
     labels: Int[Tensor, " n"]
+    spectra: tuple[Spectrum, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Batch(_OfTensors):
+class Batch(OfTensors):
     """Meshes packed one after the other. V vertices, F faces, B meshes, C channels, L blocks.
 
     `used_V`: vertices that have features; the others take no part in a mesh's mean. `labels`: of faces, vertices or
-    meshes, as the task has it; -1 is not known and not learned. `drop_BL` is None in evaluation.
+    meshes, as the task has it; -1 is not known and not learned. `drop_BL` is None in evaluation. For correspondence:
+    `spectra` of the meshes, and `pairs` of places in `numbers`, none in evaluation.
     """
 
     features_VC: Float[Tensor, "V C"]
@@ -58,25 +46,39 @@ class Batch(_OfTensors):
     labels: Int[Tensor, " n"]
     drop_BL: Float[Tensor, "B L"] | None
     numbers: tuple[int, ...]
+    spectra: tuple[Spectrum, ...] = ()
+    pairs: tuple[tuple[int, int], ...] = ()
 
     @property
     def vertex_drops(self) -> Float[Tensor, "V L"] | None:
         """Drop-path factors of each vertex."""
         return None if self.drop_BL is None else self.drop_BL[self.mesh_V]
 
+    @property
+    def of_losses(self) -> tuple[tuple[int, ...], ...]:
+        """The numbers that each loss is of: of a mesh, or of both meshes of a pair."""
+        pairs = tuple((self.numbers[first], self.numbers[second]) for first, second in self.pairs)
+        return pairs or tuple((number,) for number in self.numbers)
+
 
 def prepare(sample: Sample, config: TrainConfig) -> Prepared:
     """What is the same in every epoch."""
-    labels = np.where(learnable(sample, config.task), labels_of(sample, config.task), -1)
     return Prepared(
         features_VC=inputs_of(sample, config),
         used_V=torch.tensor(sample.used_vertices),
         faces_F3=torch.tensor(sample.faces),
-        labels=torch.tensor(labels, dtype=torch.int64),
+        labels=torch.tensor(labels_of(sample, config.task), dtype=torch.int64),
+        spectra=(spectrum_of(sample, config),) if config.task == "correspondence" else (),
     )
 
 
-def collate(meshes: Sequence[Prepared], numbers: Sequence[int], config: TrainConfig, epoch: int | None) -> Batch:
+def collate(
+    meshes: Sequence[Prepared],
+    numbers: Sequence[int],
+    config: TrainConfig,
+    epoch: int | None,
+    pairs: tuple[tuple[int, int], ...] = (),
+) -> Batch:
     """Pack meshes, on the device they are on. With an epoch, each is turned and gets drop-path factors drawn from
     (seed, epoch, number), so that a mesh is treated the same whatever it is packed with."""
     device = meshes[0].features_VC.device
@@ -105,6 +107,8 @@ def collate(meshes: Sequence[Prepared], numbers: Sequence[int], config: TrainCon
         labels=torch.cat([mesh.labels for mesh in meshes]),
         drop_BL=drop_BL,
         numbers=tuple(numbers),
+        spectra=tuple(spectrum for mesh in meshes for spectrum in mesh.spectra),
+        pairs=pairs,
     )
 
 
@@ -113,7 +117,9 @@ def epoch_order(numbers: Sequence[int], seed: int, epoch: int) -> list[int]:
     return [numbers[i] for i in np.random.default_rng((seed, epoch)).permutation(len(numbers))]
 
 
-def packed(order: Sequence[int], sizes: Sequence[int], budget: int, most: int = 0) -> Iterator[list[int]]:
+def packed(
+    order: Sequence[int], sizes: Sequence[int] | Mapping[int, int], budget: int, most: int = 0
+) -> Iterator[list[int]]:
     """Consecutive meshes until their vertices would exceed the budget, or `most` are together; a larger mesh goes
     alone."""
     batch: list[int] = []
@@ -129,9 +135,11 @@ def packed(order: Sequence[int], sizes: Sequence[int], budget: int, most: int = 
 
 
 def steps_of(numbers: Sequence[int], sizes: Sequence[int], config: TrainConfig, epoch: int) -> list[list[int]]:
-    """The meshes of each step of an epoch: every mesh once, in a drawn order."""
-    order = epoch_order(numbers, config.seed, epoch)
-    return list(packed(order, sizes, config.batch_vertices, config.batch_meshes))
+    """The meshes of each step of an epoch: every mesh once, in a drawn order; for correspondence with the vertices of
+    its partner."""
+    order, paired = epoch_order(numbers, config.seed, epoch), config.task == "correspondence"
+    together = pair_sizes(numbers, sizes, config.seed, epoch) if paired else sizes
+    return list(packed(order, together, config.batch_vertices, config.batch_meshes))
 
 
 def quarter_turn(rng: np.random.Generator, axes: str) -> Float32[np.ndarray, "3 3"]:

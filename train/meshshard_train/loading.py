@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import torch
@@ -10,6 +11,11 @@ from torch.utils.data import DataLoader
 from meshshard import Dataset
 from meshshard_train.config import TrainConfig
 from meshshard_train.data import Batch, Prepared, collate, packed, prepare
+from meshshard_train.members import training_numbers
+from meshshard_train.pairs import partners, together
+
+Step = tuple[Sequence[int], tuple[tuple[int, int], ...]]
+"""The meshes that are packed together, and for correspondence the places of each pair among them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,13 +40,15 @@ class Meshes:
         self.kept: dict[int, Prepared] = {}
 
     def batches(self, plan: Sequence[Sequence[int]], epoch: int | None) -> Iterator[Batch | None]:
-        """A batch for each list of numbers, None for an empty one; with an epoch, its meshes are augmented."""
+        """A batch for each list of numbers, None for an empty one; with an epoch, its meshes are augmented, and for
+        correspondence their partners are with them."""
+        steps = self._steps(plan, epoch)
         if self._fits():
-            for numbers in plan:
+            for numbers, pairs in steps:
                 meshes = [self._mesh(number) for number in numbers]
-                yield collate(meshes, numbers, self.config, epoch) if meshes else None
+                yield collate(meshes, numbers, self.config, epoch, pairs) if meshes else None
             return
-        streamed = _Streamed(self.dataset, self.config, plan, epoch)
+        streamed = _Streamed(self.dataset, self.config, steps, epoch)
         loader: DataLoader[Any] = DataLoader(
             streamed,  # type: ignore[arg-type]
             batch_size=None,
@@ -56,6 +64,16 @@ class Meshes:
         plan = list(packed(numbers, self.dataset.vertex_counts, 4 * min(self.config.batch_vertices, 2048)))
         return (batch for batch in self.batches(plan, None) if batch is not None)
 
+    def _steps(self, plan: Sequence[Sequence[int]], epoch: int | None) -> Sequence[Step]:
+        if epoch is None or self.config.task != "correspondence":
+            return [(numbers, ()) for numbers in plan]
+        partner = partners(self._trained, self.config.seed, epoch)
+        return [together(firsts, partner) for firsts in plan]
+
+    @cached_property
+    def _trained(self) -> Sequence[int]:
+        return training_numbers(self.dataset, self.config)
+
     def _mesh(self, number: int) -> Prepared:
         if number not in self.kept:
             self.kept[number] = prepare(self.dataset[number], self.config).to(self.device)
@@ -63,7 +81,7 @@ class Meshes:
 
     def _fits(self) -> bool:
         entries = self.dataset.index.shards
-        channels = len(self.dataset.recipe.times) + 13
+        channels = len(self.dataset.recipe.times) + 13 + self.dataset.recipe.spectrum
         size = sum(entry.vertices * (4 * channels + 9) + entry.faces * 20 for entry in entries)
         return size <= self.loading.keep_gib * 2**30
 
@@ -74,13 +92,13 @@ class _Streamed:
 
     dataset: Dataset
     config: TrainConfig
-    plan: Sequence[Sequence[int]]
+    steps: Sequence[Step]
     epoch: int | None
 
     def __len__(self) -> int:
-        return len(self.plan)
+        return len(self.steps)
 
     def __getitem__(self, step: int) -> Batch | None:
-        numbers = self.plan[step]
+        numbers, pairs = self.steps[step]
         meshes = [prepare(self.dataset[number], self.config) for number in numbers]
-        return collate(meshes, numbers, self.config, self.epoch) if meshes else None
+        return collate(meshes, numbers, self.config, self.epoch, pairs) if meshes else None

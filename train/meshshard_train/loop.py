@@ -20,6 +20,7 @@ from meshshard_train.device import autocast
 from meshshard_train.evaluate import evaluate
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.loss import logits_of, mesh_losses
+from meshshard_train.matching import evaluate_matching
 from meshshard_train.members import split_of, training_numbers
 from meshshard_train.normalisation import check_processes
 from meshshard_train.schedule import best_epoch, is_over, learning_rate
@@ -117,15 +118,16 @@ def _step(
         with autocast(config.precision, meshes.device):
             vertex_logits = state.network(batch.features_VC, batch.mesh_V, batch.vertex_drops, batch.used_V)
             logits = logits_of(vertex_logits, batch, config.task)
-        losses_B = mesh_losses(logits, batch, config.task, config.label_smoothing)
+        losses_B = mesh_losses(logits, batch, config.task, config.label_smoothing, config.map_regularisation)
         (losses_B.sum() / len(members)).backward()
     total = losses_B.detach().sum()
     team.sum_([total, *_gradients(state.network)])
     if not torch.isfinite(total):
-        losses = {} if batch is None else dict(zip(batch.numbers, losses_B.isfinite().tolist(), strict=True))
-        bad = [meshes.dataset.ids[n] for part in team.gather(losses) for n, finite in part.items() if not finite]
+        losses = {} if batch is None else dict(zip(batch.of_losses, losses_B.isfinite().tolist(), strict=True))
+        bad = [numbers for part in team.gather(losses) for numbers, finite in part.items() if not finite]
+        names = sorted({meshes.dataset.ids[number] for numbers in bad for number in numbers})
         raise UsageError(
-            f"epoch {state.epoch}: the loss is not finite on {bad}; lower --learning-rate, or check these meshes "
+            f"epoch {state.epoch}: the loss is not finite on {names}; lower --learning-rate, or check these meshes "
             "with meshshard verify --full"
         )
     if config.clip_norm:
@@ -148,6 +150,9 @@ def _judge(state: State, meshes: Meshes, numbers: Sequence[int], team: Team) -> 
     config = meshes.config
     network = copy.deepcopy(state.network)
     network.load_state_dict(state.weights())
+    if config.task == "correspondence":
+        error = evaluate_matching(network, meshes, numbers, team).mean()
+        return {f"{JUDGES[config.selection]}_geodesic_error": error, "score": -error}
     rounds = [config.voting_rounds] if config.selection == "test" and config.task != "classification" else []
     found, split = evaluate(network, meshes, numbers, rounds, team), JUDGES[config.selection]
     row = {f"{split}_accuracy": found.raw.accuracy(), f"{split}_mean_iou": found.raw.summary()["mean_iou"]}

@@ -5,6 +5,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from meshshard_train.data import Batch
+from meshshard_train.functional_map import map_losses
 from meshshard_train.model import pool_faces, pool_meshes
 
 
@@ -16,9 +17,12 @@ def logits_of(vertex_logits_VK: Float[Tensor, "V K"], batch: Batch, task: str) -
 
 
 def mesh_losses(
-    logits_nK: Float[Tensor, "n K"], batch: Batch, task: str, label_smoothing: float
+    logits_nK: Float[Tensor, "n K"], batch: Batch, task: str, label_smoothing: float, map_regularisation: float = 0.0
 ) -> Float[Tensor, " B"]:
-    """Cross entropy of each mesh, the mean over its labelled faces or vertices; 0 for a mesh without any."""
+    """Cross entropy of each mesh, the mean over its labelled faces or vertices; 0 for a mesh without any. For
+    correspondence, whose logits are coordinates, of each pair how far its functional map is off."""
+    if task == "correspondence":
+        return map_losses(logits_nK, batch.spectra, batch.pairs, map_regularisation).float()
     loss_n = functional.cross_entropy(
         logits_nK.float(), batch.labels, ignore_index=-1, label_smoothing=label_smoothing, reduction="none"
     )

@@ -11,7 +11,8 @@ from meshshard_train.tasks import labels_of
 
 
 def training_numbers(dataset: Dataset, config: TrainConfig) -> Sequence[int]:
-    """The training split, or of it the fraction of few-shot learning: nested for one seed, classes with their shares.
+    """The training split, or of it the fraction of few-shot learning: nested for one seed; classes of meshes keep
+    their shares, and where only parts have classes, groups do (a subject, a sequence).
 
     Where the test split chooses, as published, nothing else would use the validation split: it is trained on too.
     """
@@ -21,7 +22,8 @@ def training_numbers(dataset: Dataset, config: TrainConfig) -> Sequence[int]:
     if config.train_fraction == 1:
         return numbers
     named = {dataset.ids[number]: number for number in numbers}
-    members = [Member(name, dataset[number].mesh_label) for name, number in named.items()]
+    samples = {name: dataset[number] for name, number in named.items()}
+    members = [Member(name, sample.mesh_label, sample.group) for name, sample in samples.items()]
     return sorted(named[name] for name in few_shot(members, config.train_fraction, config.seed))
 
 

@@ -1,7 +1,7 @@
-"""Pictures of meshes coloured by class, and of a run's curves. No display is needed."""
+"""Pictures of meshes coloured by class, of a run's curves, and of who is taken for whom. No display is needed."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,18 +14,20 @@ from matplotlib.patches import Patch
 
 from meshshard.palette import class_colour, colours_of
 from meshshard.render import render
+from meshshard_train.metrics import judged
 
 DPI = 110
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Tile:
-    """One mesh of a gallery; `vertices` are normalised, y is up."""
+    """One mesh of a gallery; `vertices` are normalised, y is up. `labels`: of faces, or of their corners where
+    vertices are labelled; colours are blended between them."""
 
     title: str
     vertices: Float[np.ndarray, "V 3"]
     faces: Int[np.ndarray, "F 3"]
-    labels: Int[np.ndarray, " F"]
+    labels: Int[np.ndarray, " F"] | Int[np.ndarray, "F 3"]
 
 
 def gallery(
@@ -42,7 +44,7 @@ def gallery(
     of a data set that has its own."""
     rows = -(-len(tiles) // columns)
     figure = Figure(figsize=(size * columns, size * rows + 0.9), dpi=DPI, layout="constrained")
-    figure.suptitle(title)
+    figure.suptitle(title, fontsize="medium")
     for number, tile in enumerate(tiles, start=1):
         picture = render(tile.vertices, tile.faces, colours_of(tile.labels, colours), size=round(size * DPI))
         axes = figure.add_subplot(rows, columns, number)
@@ -57,20 +59,50 @@ def gallery(
         fontsize="small",
         frameon=False,
     )
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing")  # a title may be in any script
-        figure.savefig(path)
+    _save(figure, path)
 
 
 def curves(path: Path, history: Sequence[dict[str, Any]], *, title: str) -> None:
-    """A PNG of training loss and validation accuracy over epochs."""
+    """A PNG of training loss, and of the accuracy that chooses the epoch, over epochs."""
     with mpl.rc_context({"axes.grid": True, "grid.alpha": 0.3}):
         figure = Figure(figsize=(8, 3), dpi=DPI, layout="constrained")
-        figure.suptitle(title)
+        figure.suptitle(title, fontsize="medium")
         left, right = figure.subplots(1, 2)
         epochs = [row["epoch"] for row in history]
         left.plot(epochs, [row["loss"] for row in history], color=class_colour(0))
         left.set(xlabel="epoch", ylabel="training loss")
-        right.plot(epochs, [100 * row["val_accuracy"] for row in history], color=class_colour(3))
-        right.set(xlabel="epoch", ylabel="validation accuracy, raw, %")
+        right.plot(epochs, [100 * judged(row)[1] for row in history], color=class_colour(3))
+        right.set(xlabel="epoch", ylabel=f"{judged(history[-1])[0].split(' (')[0]}, %")
+        _save(figure, path)
+
+
+def confusions(
+    path: Path, counts: Mapping[str, Int[np.ndarray, "K K"]], classes: Sequence[str], *, title: str
+) -> None:
+    """A PNG of confusion matrices side by side, named by their keys: a row is a true class, a cell how many per
+    cent of it were predicted as the class of the column. A class that is not there has an empty row."""
+    side = max(2.5, 0.3 * len(classes))
+    figure = Figure(figsize=(side * len(counts) + 2, side + 2.4), dpi=DPI, layout="constrained")
+    figure.suptitle(title, fontsize="medium")
+    names = [name if len(name) <= 20 else f"{name[:19]}…" for name in classes]
+    grid = figure.subplots(1, len(counts), squeeze=False)[0]
+    for axes, (kind, matrix) in zip(grid, counts.items(), strict=True):
+        total = matrix.sum(axis=1, keepdims=True)
+        shares = np.divide(100.0 * matrix, total, out=np.full(matrix.shape, np.nan), where=total > 0)
+        axes.imshow(shares, cmap="Blues", vmin=0, vmax=100, aspect="auto")
+        axes.set_xticks(range(len(names)), names, rotation=90, fontsize="small")
+        axes.set_yticks(range(len(names)), names if axes is grid[0] else [""] * len(names), fontsize="small")
+        axes.set(title=kind, xlabel="predicted")
+        for true, row in enumerate(shares):
+            for predicted, share in enumerate(row):
+                if share >= 0.5:
+                    ink = "white" if share > 60 else "black"
+                    axes.text(predicted, true, f"{share:.0f}", ha="center", va="center", fontsize=7, color=ink)
+    grid[0].set_ylabel("true, % of its row")
+    _save(figure, path)
+
+
+def _save(figure: Figure, path: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name may be in any script
         figure.savefig(path)

@@ -12,8 +12,11 @@ def paper(task: str, **overrides: Any) -> TrainConfig:
     All features for both tasks (the published code leaves HKS and dihedral out of classification). Learning rate,
     weight decay, scaling and length of the schedule are ours: see docs/decisions/0004-training-recipe.md.
     """
-    classification: dict[str, Any] = {"batch_vertices": 1024, "learning_rate": 1e-3, "rotation_axes": "xyz"}
-    return TrainConfig(recipe="paper", task=task, **(classification if task == "classification" else {}) | overrides)
+    of_task: dict[str, dict[str, Any]] = {
+        "classification": {"batch_vertices": 1024, "learning_rate": 1e-3, "rotation_axes": "xyz"},
+        "correspondence": {"rotation_axes": ""},
+    }
+    return TrainConfig(recipe="paper", task=task, **of_task.get(task, {}) | overrides)
 
 
 def official(task: str, **overrides: Any) -> TrainConfig:

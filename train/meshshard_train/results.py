@@ -1,73 +1,103 @@
 """What a finished run leaves for people: results.json, results.md, the model card and pictures."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 
 from meshshard import Dataset, UsageError
-from meshshard.files import publish
+from meshshard.files import publish, sha256_of_file
 from meshshard.plain import to_json
 from meshshard_train import checkpoint
 from meshshard_train.card import write_card
-from meshshard_train.evaluate import VOTING_ROUNDS, evaluate
+from meshshard_train.checkpoint import Checkpoint
+from meshshard_train.config import VOTED, TrainConfig
+from meshshard_train.evaluate import VOTING_ROUNDS, Evaluation, evaluate
 from meshshard_train.loading import Loading, Meshes
+from meshshard_train.matching_results import write_matching_results
+from meshshard_train.members import classes_without, training_numbers
+from meshshard_train.metrics import Confusion
 from meshshard_train.model import TaskDrivenNet
-from meshshard_train.pictures import Tile, curves, gallery
+from meshshard_train.pictures import Tile, confusions, curves, gallery
 from meshshard_train.predict import predictions
 from meshshard_train.state import BEST
+from meshshard_train.tables import about, markdown
+from meshshard_train.tasks import LABELS, labels_of, of_corners
 
 RESULTS = "results.json"
-FIGURES = ("accuracy", "area_accuracy", "mean_iou")
 
 
 def write_results(
     dataset: Dataset, run: Path, history: Sequence[dict[str, Any]], device: torch.device, loading: Loading = Loading()
 ) -> tuple[dict[str, Any], list[Path]]:
-    """Evaluate the best epoch on validation, then once on test; write the table and the pictures, and name them.
+    """Evaluate the best epoch on validation, then once on test; write the tables and the pictures, and name them.
 
     Epoch and voting rounds are chosen as the configuration's `protocol` says; a split that was trained on, or is not
     there, has no row.
     """
     best = checkpoint.load(run / BEST)
+    if best.config.task == "correspondence":
+        return write_matching_results(best, dataset, run, history, device, loading)
     network = best.network().to(device)
-    meshes, rounds, rows = Meshes(dataset, best.config, device, loading), best.config.voting_rounds, {}
+    meshes, rounds, found = Meshes(dataset, best.config, device, loading), best.config.voting_rounds, {}
     if best.config.selection == "validation":
-        on_val = evaluate(network, meshes, dataset.splits["val"], VOTING_ROUNDS if rounds < 0 else [rounds])
-        rounds = on_val.best_rounds()
-        rows["val"] = on_val.row(rounds)
+        found["val"] = evaluate(network, meshes, dataset.splits["val"], VOTING_ROUNDS if rounds < 0 else [rounds])
+        rounds = found["val"].best_rounds()
+    rounds = max(rounds, 0)
     if dataset.splits.get("test"):
-        rows["test"] = evaluate(network, meshes, dataset.splits["test"], [rounds]).row(rounds)
-    results = {
+        found["test"] = evaluate(network, meshes, dataset.splits["test"], [rounds])
+    results = results_of(best, dataset, found, rounds) | {
+        "epochs": len(history),
+        "seconds": round(sum(row["seconds"] for row in history), 1),
+        "classes_not_trained": classes_without(dataset, training_numbers(dataset, best.config), best.config.task),
+        "checkpoint_sha256": sha256_of_file(run / BEST),
+    }
+    publish(run / RESULTS, to_json(results).encode() + b"\n")
+    publish(run / "results.md", markdown(results).encode())
+    write_card(run, best, dataset, results, device)
+    return results, _draw(results, network, meshes, run, history)
+
+
+def results_of(
+    best: Checkpoint, dataset: Dataset, found: Mapping[str, Evaluation], rounds: int, *, rounds_set: bool = False
+) -> dict[str, Any]:
+    """The figures of some splits, and all that they depend on. `rounds_set`: the rounds of voting are not the run's
+    own."""
+    how = replace(best.config, voting_rounds=rounds) if rounds_set else best.config
+    return {
         "dataset": dataset.name,
         "task": best.config.task,
         "recipe": best.config.recipe,
         "feature_recipe": best.recipe.name,
-        "protocol": best.config.protocol,
+        "protocol": how.protocol,
         "epoch": best.state["epoch"],
-        "epochs": len(history),
         "voting_rounds": rounds,
+        "rounds_set": rounds_set,
         "seed": best.config.seed,
-        "splits_sha256": best.splits_sha256,
-        "seconds": round(sum(row["seconds"] for row in history), 1),
-        "rows": rows,
+        "config": json.loads(best.config.to_json()),
+        "splits_sha256": dataset.index.splits_sha256,
+        "content_sha256": dataset.index.content_sha256,
+        "classes": list(dataset.classes),
+        "rows": {split: evaluation.row(rounds) for split, evaluation in found.items()},
+        "per_class": {
+            split: {kind: _per_class(confusion, dataset.classes) for kind, confusion in each.kinds(rounds).items()}
+            for split, each in found.items()
+        },
+        "confusion": {
+            split: {kind: confusion.counts.astype(int).tolist() for kind, confusion in each.kinds(rounds).items()}
+            for split, each in found.items()
+        },
     }
-    publish(run / RESULTS, to_json(results).encode() + b"\n")
-    publish(run / "results.md", _markdown(results).encode())
-    write_card(run, best, dataset, results, device)
-    pictures = [run / "curves.png"]
-    curves(pictures[0], history, title=f"{dataset.name}, recipe {best.config.recipe}")
-    if best.config.task == "segmentation":
-        for split in rows:
-            pictures.append(run / f"{split}.png")
-            _draw_split(network, meshes, split, pictures[-1])
-    return results, pictures
 
 
-def chosen_rounds(run: Path) -> int:
-    """Rounds of voting that a finished run chose on its validation split."""
+def rounds_of(run: Path, config: TrainConfig) -> int:
+    """Rounds of voting of a finished run: as configured, or as its validation split chose them; 0 without voting."""
+    if config.voting_rounds >= 0 or config.task not in VOTED:
+        return max(config.voting_rounds, 0)
     try:
         return int(json.loads((run / RESULTS).read_bytes())["voting_rounds"])
     except FileNotFoundError:
@@ -76,22 +106,26 @@ def chosen_rounds(run: Path) -> int:
         raise UsageError(f"{run / RESULTS} cannot be read ({error}): write it again with meshshard train") from error
 
 
-def table_rows(results: dict[str, Any]) -> list[list[str]]:
-    """Head and rows of the results table, in per cent."""
-    voted = [f"voted_{name}" for name in FIGURES] if results["task"] == "segmentation" else []
-    names = [*FIGURES, *voted] if voted else ["accuracy"]
-    head = ["split", *(name.replace("_", " ") for name in names)]
-    return [head, *([split, *(f"{100 * row[name]:.2f}" for name in names)] for split, row in results["rows"].items())]
+def _per_class(confusion: Confusion, classes: Sequence[str]) -> dict[str, dict[str, float]]:
+    figures = confusion.of_classes()
+    return {name: {figure: figures[figure][k] for figure in figures} for k, name in enumerate(classes)}
 
 
-def _markdown(results: dict[str, Any]) -> str:
-    head, *rows = table_rows(results)
-    lines = [head, ["---"] * len(head), *rows]
-    about = (
-        f"{results['dataset']}, recipe {results['recipe']}, seed {results['seed']}: epoch {results['epoch']} of "
-        f"{results['epochs']}, {results['voting_rounds']} rounds of voting; {results['protocol']}. Per cent."
-    )
-    return about + "\n\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines)
+def _draw(
+    results: dict[str, Any], network: TaskDrivenNet, meshes: Meshes, run: Path, history: Sequence[dict[str, Any]]
+) -> list[Path]:
+    """Curves; of each split the confusion matrices, and some meshes where their parts are labelled."""
+    pictures = [run / "curves.png"]
+    curves(pictures[0], history, title=about(results).replace("; ", "\n"))
+    for split, matrices in results["confusion"].items():
+        pictures.append(run / f"confusion-{split}.png")
+        title = f"{results['dataset']}, {split}\n{results['protocol']}"
+        counts = {kind: np.array(matrix) for kind, matrix in matrices.items()}
+        confusions(pictures[-1], counts, results["classes"], title=title)
+        if results["task"] in LABELS:
+            pictures.append(run / f"{split}.png")
+            _draw_split(network, meshes, split, pictures[-1])
+    return pictures
 
 
 def _draw_split(network: TaskDrivenNet, meshes: Meshes, split: str, path: Path) -> None:
@@ -102,14 +136,15 @@ def _draw_split(network: TaskDrivenNet, meshes: Meshes, split: str, path: Path) 
     tiles: list[list[Tile]] = [[], []]
     for number, labels, _ in predictions(network, meshes, shown):
         sample = dataset[number]
-        assert sample.face_labels is not None
-        right = (labels == sample.face_labels)[sample.face_labels >= 0].mean()
+        truth = labels_of(sample, meshes.config.task)
+        right = (labels == truth)[truth >= 0].mean()
         name = sample.id.split("/")[-1]
         for row, values, title in (
-            (0, sample.face_labels, name[:24]),
+            (0, truth, name[:24]),
             (1, labels, f"predicted, {100 * right:.1f} % right"),
         ):
-            tiles[row].append(Tile(title=title, vertices=sample.vertices, faces=sample.faces, labels=values))
-    title = f"{dataset.name}, {split}: labels above, predictions (raw) below"
+            drawn = of_corners(values, sample, meshes.config.task)
+            tiles[row].append(Tile(title=title, vertices=sample.vertices, faces=sample.faces, labels=drawn))
+    title = f"{dataset.name}, {split}: labels above, predictions (raw) below\n{meshes.config.protocol}"
     colours = dataset.index.colours
     gallery(path, [*tiles[0], *tiles[1]], dataset.classes, columns=len(shown), title=title, colours=colours)

@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -57,8 +58,8 @@ def _value(name: str, value: Any, place: str) -> Any:
     assert isinstance(kind, type)
     if isinstance(value, str) and kind is not str:
         try:
-            return kind(value)
-        except ValueError:
+            return float(Fraction(value)) if kind is float else kind(value)
+        except (ValueError, ZeroDivisionError):
             raise UsageError(f"{where}{name} is a {WORDS[kind]}, not {value!r}") from None
     if kind is float and type(value) is int:
         return float(value)

@@ -1,7 +1,7 @@
 """What is learned: classes of faces, of vertices, or of meshes, or which vertex is which. See `config.TASKS`."""
 
 import numpy as np
-from jaxtyping import Bool, Float32, Int
+from jaxtyping import Float32, Int
 
 from meshshard import Dataset, Sample, UsageError
 from meshshard_train.config import TrainConfig
@@ -11,7 +11,8 @@ LABELS = {"segmentation": "face_labels", "vertex_segmentation": "vertex_labels"}
 
 
 def task_of(dataset: Dataset) -> str:
-    """The training task that a data set is for. UsageError: it has no labels."""
+    """The training task that a data set is for; where shards have labels of faces and of vertices, those of faces
+    are learned. UsageError: it has no labels."""
     if dataset.task in ("classification", "correspondence"):
         return dataset.task
     if dataset.task != "segmentation":
@@ -27,15 +28,31 @@ def check_task(dataset: Dataset, config: TrainConfig) -> None:
         raise UsageError(f"{dataset.folder} is a data set for {found}, the run is for {config.task}")
     if (wanted := LABELS.get(config.task, "")) and wanted not in fields:
         raise UsageError(
-            f"{dataset.folder} has shards without {wanted}, and training needs them in all: labels of vertices "
-            'become those of faces with to = "face" in the table [labels] of the data set\'s TOML file'
+            f"{dataset.folder} has shards without {wanted}, and training needs one kind of labels in all: write "
+            'to = "face" or to = "vertex" into the table [labels] of the data set\'s TOML file'
         )
+    if config.task == "correspondence":
+        _check_spectra(dataset, config, fields)
     for name in config.features:
         if name not in fields:
             raise UsageError(
                 f"{dataset.folder} has no {name}: its recipe is {dataset.recipe.name}; run meshshard features with "
                 + ("--recipe official" if name == "dihedral_official" else "a recipe that computes it")
             )
+
+
+def _check_spectra(dataset: Dataset, config: TrainConfig, fields: frozenset[str]) -> None:
+    if "correspondence" not in fields:
+        raise UsageError(
+            f"{dataset.folder} has shards without correspondence, the vertex of each mesh at every vertex of a "
+            "template: faust, scape, faust_r and scape_r have it (docs/correspondence.md)"
+        )
+    if (stored := dataset.recipe.spectrum) < config.eigenfunctions:
+        raise UsageError(
+            f"{dataset.folder} has {stored} eigenpairs of each mesh, and functional maps need "
+            f"{config.eigenfunctions}: compute them with meshshard features {dataset.name} --spectrum "
+            f"{config.eigenfunctions}"
+        )
 
 
 def _fields(dataset: Dataset) -> frozenset[str]:
@@ -45,14 +62,21 @@ def _fields(dataset: Dataset) -> frozenset[str]:
 
 
 def labels_of(sample: Sample, task: str) -> Int[np.ndarray, " n"]:
-    """Classes of what the task labels, -1 where none is known; one for a whole mesh, none for correspondence."""
+    """Classes of what the task labels, one for a whole mesh, none for correspondence. -1 is not learned and not
+    counted: where none is known, and vertices without features, for they are of no face."""
     if task == "classification":
         return np.array([sample.mesh_label])
     if task == "correspondence":
         return np.zeros(0, dtype=np.int64)
     labels: np.ndarray | None = getattr(sample, LABELS[task])
-    count = len(sample.faces) if task == "segmentation" else len(sample.vertices)
-    return np.full(count, -1) if labels is None else labels
+    if task == "vertex_segmentation":
+        return np.full(len(sample.vertices), -1) if labels is None else np.where(sample.used_vertices, labels, -1)
+    return np.full(len(sample.faces), -1) if labels is None else labels
+
+
+def of_corners(labels: Int[np.ndarray, " n"], sample: Sample, task: str) -> Int[np.ndarray, "F ..."]:
+    """What `pictures.Tile` draws: labels of faces as they are, those of vertices at the corners of faces, (F, 3)."""
+    return labels[sample.faces] if task == "vertex_segmentation" else labels
 
 
 def areas_of(sample: Sample, task: str) -> Float32[np.ndarray, " n"]:
@@ -60,9 +84,3 @@ def areas_of(sample: Sample, task: str) -> Float32[np.ndarray, " n"]:
     if task == "segmentation":
         return sample.face_areas
     return sample.vertex_areas if task == "vertex_segmentation" else np.ones(1, dtype=np.float32)
-
-
-def learnable(sample: Sample, task: str) -> Bool[np.ndarray, " n"]:
-    """Which of `labels_of` can be learned: all but vertices without features."""
-    labels = labels_of(sample, task)
-    return sample.used_vertices if task == "vertex_segmentation" else np.ones(len(labels), dtype=bool)

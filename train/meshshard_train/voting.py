@@ -1,28 +1,36 @@
-"""Majority voting: a face takes the commonest class among the faces that share a vertex with it."""
+"""Majority voting: a face takes the commonest class among the faces that share a vertex with it, a vertex that among
+the vertices that share a face with it."""
 
 import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Int
 
 
-def vote(labels: Int[np.ndarray, " F"], faces: Int[np.ndarray, "F 3"], rounds: int) -> Int[np.ndarray, " F"]:
-    """Labels after some rounds; each face counts itself once and every neighbour once. Ties to the lowest class."""
-    if rounds == 0 or len(labels) == 0:
+def vote(labels: Int[np.ndarray, " n"], near: sp.csr_array, rounds: int) -> Int[np.ndarray, " n"]:
+    """Labels after some rounds: all vote at once, each counts itself once and every neighbour once. Ties to the
+    lowest class. `near`: (n,n), 1 for a neighbour and on the diagonal."""
+    if len(labels) == 0:
         return labels
-    near = vertex_neighbours(faces)
-    classes = np.arange(int(labels.max()) + 1)
-    for _ in range(rounds):
-        labels = (near @ (labels[:, None] == classes).astype(np.float32)).argmax(axis=1)
+    one_hot = np.eye(int(labels.max()) + 1, dtype=np.float32)
+    before = labels
+    for left in range(rounds, 0, -1):
+        after = (near @ one_hot[labels]).argmax(axis=1)
+        if np.array_equal(after, labels):
+            return labels
+        # majorities end fixed or in turns of two (Goles and Olivos 1980): nothing else is to come
+        if np.array_equal(after, before):
+            return after if left % 2 else labels
+        before, labels = labels, after
     return labels
 
 
-def vertex_neighbours(faces: Int[np.ndarray, "F 3"]) -> sp.csr_array:
-    """(F,F), 1 where two faces share a vertex, and on the diagonal."""
-    count = len(faces)
-    corners = sp.csr_array(
-        (np.ones(3 * count, dtype=np.float32), faces.ravel(), np.arange(0, 3 * count + 1, 3)),
-        shape=(count, int(faces.max()) + 1),
-    )
-    near = sp.csr_array(corners @ corners.T)
+def neighbours(faces: Int[np.ndarray, "F 3"], vertices: int, task: str) -> sp.csr_array:
+    """Who votes with whom in a mesh of so many vertices: among faces, or, for vertex_segmentation, among vertices."""
+    ones, starts = np.ones(faces.size, dtype=np.float32), np.arange(0, faces.size + 1, 3)
+    corners = sp.csr_array((ones, faces.ravel(), starts), shape=(len(faces), vertices))
+    if task == "vertex_segmentation":
+        near = sp.csr_array(corners.T @ corners + sp.eye_array(vertices, dtype=np.float32))
+    else:
+        near = sp.csr_array(corners @ corners.T)
     near.data[:] = 1
     return near

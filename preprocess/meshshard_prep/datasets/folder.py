@@ -2,13 +2,13 @@
 
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from meshshard.errors import UsageError
+from meshshard.mesh_files import MESH_SUFFIXES, mesh_files_below
 from meshshard_prep.datasets.layout import Entry, LabelFile, RawDataset
-from meshshard_prep.formats import MESH_SUFFIXES
 from meshshard_prep.labels import class_table
 
 LONGEST_NAME = 255
@@ -82,18 +82,6 @@ def mesh_entries(root: Path) -> tuple[Entry, ...]:
 def split_of(folders: Sequence[str]) -> str:
     """The split that the first of the folders names which names one, or empty."""
     return next((SPLIT_FOLDERS[name.lower()] for name in folders if name.lower() in SPLIT_FOLDERS), "")
-
-
-def mesh_files_below(folder: Path) -> Iterator[Path]:
-    """What is no folder and ends like a mesh. A folder that cannot be listed is an OSError: it may hold meshes."""
-    for path in folder.iterdir():
-        if path.name.startswith("."):
-            continue
-        if path.is_dir():
-            if not path.is_symlink():
-                yield from mesh_files_below(path)
-        elif path.suffix.lower() in MESH_SUFFIXES:
-            yield path
 
 
 def labels_beside(path: Path) -> Path | None:

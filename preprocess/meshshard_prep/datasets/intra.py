@@ -38,7 +38,6 @@ def read(root: Path) -> RawDataset:
                 form="last-column",
                 classes=TABLE,
                 domains=("vertex",),
-                to="face",
             ),
         )
         for name, path in names.items()

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from meshshard.errors import UsageError
+from meshshard.mesh_files import MESH_SUFFIXES
 from meshshard_prep.datasets.layout import SPLITS, Entry, LabelFile, RawDataset
 from meshshard_prep.datasets.told import lacking, not_read
-from meshshard_prep.formats import MESH_SUFFIXES
 from meshshard_prep.labels import class_table
 
 

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable
 from pathlib import Path
 
-from meshshard_prep.datasets.folder import mesh_files_below
+from meshshard.mesh_files import mesh_files_below
 from meshshard_prep.datasets.layout import Entry
 
 MOST_NAMED = 10

@@ -18,8 +18,6 @@ from meshshard_prep.formats.ply_header import is_ply
 from meshshard_prep.formats.text import CONTROL_BYTES, refusal, shown
 from meshshard_prep.mesh import RawMesh
 
-MESH_SUFFIXES = (".obj", ".off", ".ply")
-
 _NOT_MESHES = {
     b"\x1f\x8b": "a gzip archive",
     b"PK\x03\x04": "a zip archive",

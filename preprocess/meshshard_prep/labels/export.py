@@ -5,7 +5,7 @@ from jaxtyping import Int
 
 from meshshard import Dataset, InvalidMesh, Sample, UsageError
 from meshshard.export import Exporter
-from meshshard.label_lines import SIMPLIFIED, as_lines, line_labels
+from meshshard.label_lines import as_lines, line_labels, line_note
 from meshshard.recipe import Recipe
 from meshshard_prep.features.edges import edges_of
 from meshshard_prep.labels.convert import faces_to_edges
@@ -15,9 +15,7 @@ def seg(dataset: Dataset) -> Exporter:
     """The format `seg`. UsageError: the data set has no labels of faces or vertices."""
     _check(dataset)
     recipe = dataset.recipe
-    note = SIMPLIFIED if recipe.simplify else ""
-    if _of_vertices(dataset) and recipe.changes_mesh:
-        note = _stored("a vertex")
+    note = line_note(recipe, "vertex" if _of_vertices(dataset) else "face")
     return Exporter(".seg", lambda sample: as_lines(labels_of_file(sample, recipe)), note)
 
 
@@ -29,16 +27,11 @@ def eseg(dataset: Dataset) -> Exporter:
             f"{dataset.folder} has labels of vertices, and those of edges are made from labels of faces; "
             "try --to seg, which writes a line for each vertex"
         )
-    note = _stored("an edge") if dataset.recipe.changes_mesh else ""
-    return Exporter(".eseg", lambda sample: as_lines(labels_of_edges(sample)), note)
+    return Exporter(".eseg", lambda sample: as_lines(labels_of_edges(sample)), line_note(dataset.recipe, "edge"))
 
 
 def _of_vertices(dataset: Dataset) -> bool:
     return len(dataset) > 0 and dataset[0].face_labels is None and dataset[0].vertex_labels is not None
-
-
-def _stored(what: str) -> str:
-    return f"each line is of {what} of the stored mesh, which the recipe changed, not of the mesh file"
 
 
 def _check(dataset: Dataset) -> None:

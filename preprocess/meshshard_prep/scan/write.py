@@ -62,7 +62,7 @@ def _labelling(labelling: Labelling) -> list[str]:
     lines += [f"name = {_quoted(labelling.name)}"] if labelling.name else []
     lines += [f"domain = {_quoted(best)}  # fits {labelling.fits[best]} of {len(labelling.of)} meshes"]
     lines += [f"# domain = {_quoted(domain)}  # fits {labelling.fits[domain]} of them too" for domain in rest]
-    lines += ['# to = "face"  # training takes labels of faces'] if best == "vertex" else []
+    lines += ['# to = "face"  # would turn them into labels of faces'] if best == "vertex" else []
     without = len(labelling.missing) + len(labelling.odd)
     return [*lines, *([f"# {without} meshes have no labels that fit: features will refuse them"] if without else [])]
 

@@ -41,14 +41,9 @@ def labelled(sample: Sample, colours: Sequence[str] = ()) -> bytes:
     """Coloured by the class of faces, or of vertices where those are labelled; -1 in `label` is unlabelled.
     `colours`: hexadecimal, of a data set that has its own."""
     if sample.face_labels is None and sample.vertex_labels is not None:
-        return ply_bytes(sample, vertex=_of_classes(sample.vertex_labels, colours))
+        return ply_bytes(sample, vertex=of_classes(sample.vertex_labels, colours))
     labels = np.full(len(sample.faces), -1) if sample.face_labels is None else sample.face_labels
-    return labelled_faces(sample, labels, colours)
-
-
-def labelled_faces(sample: Sample, labels: Int[np.ndarray, " F"], colours: Sequence[str] = ()) -> bytes:
-    """Faces coloured by these classes, with the class as the property `label`. `colours`: as for `labelled`."""
-    return ply_bytes(sample, face=_of_classes(labels, colours))
+    return ply_bytes(sample, face=of_classes(labels, colours))
 
 
 def by_feature(sample: Sample, name: str) -> bytes:
@@ -103,7 +98,9 @@ def _properties(records: np.ndarray) -> list[str]:
     return [f"property {TYPES[records.dtype[name].base.str[1:]]} {name}" for name in records.dtype.names or ()]
 
 
-def _of_classes(labels: Int[np.ndarray, " n"], colours: Sequence[str]) -> dict[str, np.ndarray]:
+def of_classes(labels: Int[np.ndarray, " n"], colours: Sequence[str]) -> dict[str, np.ndarray]:
+    """Properties of faces or vertices for `ply_bytes`: the colour of each class, and the class itself as `label`.
+    `colours`: as for `labelled`."""
     return _rgb(colours_of(labels, colours)) | {"label": labels.astype("<i2")}
 
 

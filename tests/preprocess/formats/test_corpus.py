@@ -9,7 +9,8 @@ import pytest
 from research_data import DATA
 
 from meshshard.errors import InvalidMesh
-from meshshard_prep.formats import MESH_SUFFIXES, read_mesh
+from meshshard.mesh_files import MESH_SUFFIXES
+from meshshard_prep.formats import read_mesh
 
 pytestmark = pytest.mark.data
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from meshshard.errors import InvalidMesh
-from meshshard_prep.formats import MESH_SUFFIXES, parse_mesh, read_mesh
+from meshshard.mesh_files import MESH_SUFFIXES
+from meshshard_prep.formats import parse_mesh, read_mesh
 from meshshard_prep.mesh import RawMesh
 
 OBJ = b"# cube\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0.5\nf 1 2 3\nf 1/1 3/2 4/3\nf -1 -2 -3\n"

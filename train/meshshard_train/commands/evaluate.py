@@ -1,4 +1,4 @@
-"""meshshard evaluate: the figures of a finished run on a split."""
+"""meshshard evaluate: the figures of a run on a split."""
 
 from typing import Annotated
 
@@ -14,19 +14,23 @@ def evaluate(
     run: Run,
     split: Annotated[str, typer.Option(help="Split to evaluate.")] = "test",
     data: Annotated[str | None, typer.Option(help="Another data set (default: the one trained on).")] = None,
+    rounds: Annotated[int | None, typer.Option(help="Rounds of voting (default: the run's).", min=0)] = None,
     device: Device = "auto",
     as_json: AsJson = False,
 ) -> None:
-    """Accuracy and IoU of a trained network on a split, raw and voted (rounds as chosen on validation).
+    """All figures of a run's best epoch on a split, raw and voted, and those of each class.
 
     Example: meshshard evaluate runs/minicoseg --split test --json
     """
     from meshshard import open_dataset
     from meshshard_train import checkpoint
+    from meshshard_train.config import VOTED
     from meshshard_train.device import choose_device
     from meshshard_train.evaluate import evaluate as run_evaluation
     from meshshard_train.loading import Loading, Meshes
-    from meshshard_train.results import chosen_rounds
+    from meshshard_train.matching_results import matching_results
+    from meshshard_train.members import split_of
+    from meshshard_train.results import results_of, rounds_of
     from meshshard_train.state import BEST
     from meshshard_train.tasks import check_task
 
@@ -35,19 +39,18 @@ def evaluate(
     check_task(dataset, best.config)
     if clashes := best.clashes(dataset) if data else best.other_data(dataset):
         raise UsageError(f"{run} was trained on other data than {dataset.folder} holds: " + "; ".join(clashes))
+    if rounds is not None and best.config.task not in VOTED:
+        raise UsageError(f"--rounds is for {' and '.join(VOTED)}, and {run} is a run for {best.config.task}")
+    numbers = split_of(dataset, split)
     where = choose_device(device)
+    if best.config.task == "correspondence":
+        errors = matching_results(best, dataset, [split], where)
+        typer.echo(to_json(errors)) if as_json else print_results(errors)
+        return
+    chosen = rounds_of(run, best.config) if rounds is None else rounds
     network, meshes = best.network().to(where), Meshes(dataset, best.config, where, Loading())
-    rounds = chosen_rounds(run)
-    found = run_evaluation(network, meshes, dataset.splits.get(split, ()), [rounds])
-    results = {
-        "dataset": dataset.name,
-        "task": best.config.task,
-        "epoch": best.state["epoch"],
-        "voting_rounds": rounds,
-        "splits_sha256": dataset.index.splits_sha256,
-        "class_iou": dict(zip(dataset.classes, found.raw.class_iou(), strict=True)),
-        "rows": {split: found.row(rounds)},
-    }
+    found = {split: run_evaluation(network, meshes, numbers, [chosen])}
+    results = results_of(best, dataset, found, chosen, rounds_set=rounds is not None)
     if as_json:
         typer.echo(to_json(results))
     else:

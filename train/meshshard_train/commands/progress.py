@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 
 from meshshard_train.loop import Progress
+from meshshard_train.metrics import judged
 
 
 @contextmanager
@@ -27,7 +28,8 @@ def progress_bar(epochs: int, meshes: int) -> Iterator[Callable[[Progress], None
         def tell(progress: Progress) -> None:
             nonlocal validation
             if progress.metrics:
-                validation = f", validation {100 * progress.metrics['val_accuracy']:.1f} %"
+                name, value = judged(progress.metrics)
+                validation = f", {name} {100 * value:.1f} %"
             done = progress.epoch * meshes + progress.meshes
             what = f"epoch {progress.epoch + 1}/{epochs}, loss {progress.loss:.3f}, rate {progress.learning_rate:.1e}"
             bar.update(task, completed=done, description=what + validation)
@@ -38,8 +40,9 @@ def progress_bar(epochs: int, meshes: int) -> Iterator[Callable[[Progress], None
 def _print_epoch(progress: Progress) -> None:
     if progress.metrics:
         row = progress.metrics
+        name, value = judged(row)
         typer.echo(
             f"epoch {row['epoch']}  loss {row['loss']:.4f}  rate {row['learning_rate']:.2e}  "
-            f"val accuracy {100 * row['val_accuracy']:.2f} %  {row['seconds']:.1f} s",
+            f"{name} {100 * value:.2f} %  {row['seconds']:.1f} s",
             err=True,
         )

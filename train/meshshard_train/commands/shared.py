@@ -4,21 +4,38 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
+from rich.box import SIMPLE_HEAD
+from rich.console import Console, JustifyMethod
 from rich.table import Table
+from rich.text import Text
 
 Device = Annotated[str, typer.Option(help="auto, cpu or cuda.")]
 Run = Annotated[Path, typer.Argument(help="Folder of a run.")]
 
 
 def print_results(results: dict[str, Any]) -> None:
-    """The table of results.json on a terminal."""
-    from meshshard_train.results import table_rows
+    """What results are, their table, and that of the classes of the last split, on a terminal of 80 columns."""
+    from meshshard_train import matching_results
+    from meshshard_train.tables import about, class_table, main_table, not_trained
 
-    head, *rows = table_rows(results)
-    table = Table(
-        *head, title=f"{results['dataset']}, epoch {results['epoch']}, % ({results['voting_rounds']} rounds)"
-    )
-    for row in rows:
-        table.add_row(*row)
-    Console().print(table)
+    console = Console()
+    if results["task"] == "correspondence":
+        _print_table(console, matching_results.about(results), matching_results.matching_table(results))
+        return
+    _print_table(console, about(results), main_table(results))
+    if missing := results.get("classes_not_trained"):
+        console.print(Text(not_trained(missing)))
+    split = list(results["rows"])[-1]
+    title = f"{split}, each class, per cent; {results['protocol']}"
+    _print_table(console, title, class_table(results, split, ("accuracy", "iou", "dice")))
+
+
+def _print_table(console: Console, title: str, rows: list[list[str]]) -> None:
+    head, *rest = rows
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    for number, name in enumerate(head):
+        justify: JustifyMethod = "right" if number else "left"
+        table.add_column(Text("\n".join(name.rsplit(" ", 1))), justify=justify, overflow="fold")
+    for row in rest:
+        table.add_row(*map(Text, row))  # not markup: a name may stand in brackets
+    console.print(Text(title), table)

@@ -29,7 +29,9 @@ def train(
     scaling: Annotated[str | None, typer.Option(help="log-standard or min-max.")] = None,
     rotation_axes: Annotated[str | None, typer.Option(help="Axes of quarter turns, as xyz, y, or none.")] = None,
     batch_vertices: Annotated[int | None, typer.Option(help="Vertices packed into a step.")] = None,
-    train_fraction: Annotated[float | None, typer.Option(help="Share of train to learn from: few-shot.")] = None,
+    train_fraction: Annotated[
+        str | None, typer.Option(help="Share of train to learn from, few-shot: 0.01 or 1/100.")
+    ] = None,
     precision: Annotated[str | None, typer.Option(help="auto, bf16 or fp32.")] = None,
     seed: Annotated[int | None, typer.Option(help="Decides weights, order and augmentation.", min=0)] = None,
     workers: Annotated[int, typer.Option(help="Processes that read shards, when they do not fit.", min=0)] = 0,

@@ -1,5 +1,6 @@
 """Samples and small data sets for tests of shards and training, made without computing a feature."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -46,27 +47,31 @@ def sample(number=0, *, level=1, recipe=PAPER, labels="faces", **names):
 
 
 def write_dataset(
-    folder: Path, samples, splits, *, task="segmentation", classes=("low", "middle", "high"), recipe=PAPER
+    folder: Path, samples, splits, *, task="segmentation", classes=("low", "middle", "high"), recipe=PAPER, cuts=()
 ):
-    """A folder with one shard and its index."""
+    """A folder with one shard and its index; with `cuts`, another shard begins at each of these samples."""
     folder.mkdir(parents=True, exist_ok=True)
     samples = sorted(samples, key=lambda s: s.id)
-    image = shard_image(samples, recipe=recipe, algorithm_version=1, classes=classes)
-    publish(folder / "shard-0.h5", image)
-    entry = ShardEntry(
-        file="shard-0.h5",
-        bytes=len(image),
-        sha256=sha256_of(image),
-        vertex_counts=tuple(len(s.vertices) for s in samples),
-        faces=sum(len(s.faces) for s in samples),
-    )
+    entries = []
+    for number, (start, end) in enumerate(pairwise((0, *cuts, len(samples)))):
+        some = samples[start:end]
+        image = shard_image(some, recipe=recipe, algorithm_version=1, classes=classes)
+        publish(folder / f"shard-{number}.h5", image)
+        entry = ShardEntry(
+            file=f"shard-{number}.h5",
+            bytes=len(image),
+            sha256=sha256_of(image),
+            vertex_counts=tuple(len(s.vertices) for s in some),
+            faces=sum(len(s.faces) for s in some),
+        )
+        entries.append(entry)
     index = Index(
         dataset="toy",
         task=task,
         classes=classes,
         recipe=recipe,
         algorithm_version=1,
-        shards=(entry,),
+        shards=tuple(entries),
         ids=tuple(s.id for s in samples),
         keys=tuple(s.key for s in samples),
         splits=tuple(splits),

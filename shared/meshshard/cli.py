@@ -49,7 +49,7 @@ EXTRAS = {
     "distributed": ("dask", "distributed", "ray"),
     "remote": ("fsspec", "s3fs"),
     "pictures": ("embreex", "jinja2", "PIL"),
-    "train": ("torch", "safetensors", "matplotlib"),
+    "train": ("torch", "safetensors", "matplotlib", "tensorboard"),
     "pyg": ("torch_geometric",),
     "onnx": ("onnx", "onnxscript", "onnxruntime"),
 }

@@ -4,12 +4,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from samples import sample, toy_dataset, write_dataset
+from samples import PAPER, sample, toy_dataset, write_dataset
 
 from meshshard import UsageError, open_dataset
 from meshshard_train import checkpoint, loop
 from meshshard_train.loop import learning_rate, train
-from meshshard_train.recipes import paper
+from meshshard_train.recipes import official, paper
 
 CPU = torch.device("cpu")
 CONFIG = paper("segmentation", epochs=4, warmup_epochs=1.0, batch_vertices=100, precision="fp32")
@@ -21,7 +21,7 @@ def dataset(tmp_path):
 
 
 def numbers_of(history):
-    return [{k: v for k, v in row.items() if k != "seconds"} for row in history]
+    return [{k: v for k, v in row.items() if k not in ("seconds", "waited")} for row in history]
 
 
 def test_it_learns(dataset, tmp_path):
@@ -32,33 +32,6 @@ def test_it_learns(dataset, tmp_path):
     assert history[-1]["val_accuracy"] > 0.8
     lines = (tmp_path / "run" / "metrics.jsonl").read_text().splitlines()
     assert [json.loads(line) for line in lines] == history
-
-
-@pytest.fixture(scope="module")
-def unbroken(tmp_path_factory):
-    """The folder and the history of a run of CONFIG that nothing stopped."""
-    folder = tmp_path_factory.mktemp("unbroken")
-    return folder / "run", train(open_dataset(toy_dataset(folder / "data")), CONFIG, folder / "run", CPU)
-
-
-@pytest.mark.parametrize("stop", [1, 4, 6, 7, 14])
-def test_stopped_anywhere_it_goes_on_to_the_bit(dataset, tmp_path, unbroken, stop):
-    """Killed after a step, or right after an epoch; the losses of the resumed run are those of the unbroken one."""
-    run, whole = unbroken
-    calls = 0
-
-    def kill(_):
-        nonlocal calls
-        calls += 1
-        if calls == stop:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        train(dataset, CONFIG, tmp_path / "killed", CPU, kill)
-    resumed = train(dataset, CONFIG, tmp_path / "killed", CPU)
-    assert numbers_of(resumed) == numbers_of(whole)
-    a, b = (checkpoint.load(folder / "last.safetensors").tensors for folder in (run, tmp_path / "killed"))
-    assert all(torch.equal(a[name], b[name]) for name in a)
 
 
 def test_a_finished_run_is_left_alone(dataset, tmp_path):
@@ -86,13 +59,16 @@ def test_another_configuration_or_data_set_is_refused_with_both_values(dataset, 
     train(dataset, replace(CONFIG, epochs=1), tmp_path / "run", CPU)
     with pytest.raises(UsageError, match=r"learning_rate: 0.002 against 0.003"):
         train(dataset, replace(CONFIG, epochs=1, learning_rate=0.003), tmp_path / "run", CPU)
+    with pytest.raises(UsageError, match=r"features: \('vertices', .*, 'hks'\) against \('hks',\)"):
+        train(dataset, replace(CONFIG, epochs=1, features=("hks",)), tmp_path / "run", CPU)
     samples = [sample(n) for n in range(4)]
     for changes, message in (
+        ({"recipe": replace(PAPER, name="mine")}, r'feature recipe: .*"name":"paper".* against .*"name":"mine"'),
         ({"classes": ("a", "b", "c")}, r"classes: \('low', 'middle', 'high'\) against \('a', 'b', 'c'\)"),
         ({}, "splits_sha256: "),
         ({}, "content_sha256: "),
     ):
-        other = write_dataset(tmp_path / message[:6], samples, ["train", "train", "val", "test"], **changes)
+        other = write_dataset(tmp_path / message[:4], samples, ["train", "train", "val", "test"], **changes)
         with pytest.raises(UsageError, match=message):
             train(open_dataset(other), replace(CONFIG, epochs=1), tmp_path / "run", CPU)
 
@@ -114,4 +90,9 @@ def test_schedule():
     config = paper("segmentation", epochs=20, warmup_epochs=4.0, learning_rate=0.1)
     rates = [learning_rate(config, epoch) for epoch in (0.0, 2.0, 4.0, 12.0, 20.0)]
     assert rates == pytest.approx([1e-4, 0.05005, 0.1, 0.05, 0], abs=1e-12)
+    published = official("segmentation")
+    assert [learning_rate(published, epoch) for epoch in (0.0, 20.0, 1000.0)] == pytest.approx(
+        [3e-7, 3e-4, 0], abs=1e-12
+    )
+    assert {learning_rate(official("classification"), epoch) for epoch in (0.0, 0.5, 999.0)} == {3e-4}
     assert learning_rate(replace(config, epochs=6), 2.0) == pytest.approx(0.1)  # a short run leaves warm-up too

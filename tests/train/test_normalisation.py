@@ -6,8 +6,10 @@ from torch import nn
 
 from meshshard.errors import UsageError
 from meshshard_train.config import NORMALISATIONS
-from meshshard_train.normalisation import EPS, GROUPS, check_processes, normalisation
+from meshshard_train.normalisation import EPS, GROUPS, normalisation
+from meshshard_train.recipes import paper
 from meshshard_train.rows import OfMesh, Rows
+from meshshard_train.team import Team
 
 WIDTH = 2 * GROUPS
 THEIRS = {
@@ -114,7 +116,7 @@ def test_bfloat16_changes_the_result_by_its_rounding(name):
 
 def test_batch_normalisation_is_refused_in_several_processes():
     for name in NORMALISATIONS:
-        check_processes(name, 1)
-    check_processes("instance", 2)
-    with pytest.raises(UsageError, match=r"batch trains in one process, and there are 2: .*without torchrun"):
-        check_processes("batch", 2)
+        Team().check(paper("segmentation", normalisation=name))
+    Team(rank=1, size=2).check(paper("segmentation", normalisation="instance"))
+    with pytest.raises(UsageError, match=r"normalisation = batch keeps averages .*: train without torchrun"):
+        Team(rank=1, size=2).check(paper("segmentation", normalisation="batch"))

@@ -1,7 +1,10 @@
 """Checkpoints: one safetensors file with everything needed to use the network, and a sha256 over all of it."""
 
+import contextlib
 import json
 import re
+import shutil
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +15,7 @@ import torch
 
 from meshshard import Dataset
 from meshshard.errors import UsageError
-from meshshard.files import open_regular, publish, sha256_of
+from meshshard.files import open_regular, publish, sha256_of, sync_folder, temporary_beside
 from meshshard.recipe import Recipe
 from meshshard_train.config import TrainConfig
 from meshshard_train.inputs import input_size
@@ -75,8 +78,11 @@ UNSEALED = "0" * 64
 
 
 def save(path: Path, checkpoint: Checkpoint) -> None:
-    """Publish a checkpoint: the file of that name is the old one or the new one, never a part. The old one stays as
-    `previous(path)`."""
+    """Publish a checkpoint, and keep the one before as `previous(path)`. A file with the same content is left alone.
+
+    Killed at any moment, it leaves the old file or the new one of that name, or none and the old one as the previous;
+    never a part. UsageError: it cannot be written, a full disk say; then what was there stays.
+    """
     metadata = {
         "format": FORMAT,
         "config": checkpoint.config.to_json(),
@@ -85,16 +91,41 @@ def save(path: Path, checkpoint: Checkpoint) -> None:
         "recipe": checkpoint.recipe.to_json(),
         "splits_sha256": checkpoint.splits_sha256,
         "content_sha256": checkpoint.content_sha256,
-        "state": json.dumps(checkpoint.state, sort_keys=True),
+        "state": json.dumps(checkpoint.state),
         "sha256": UNSEALED,
     }
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in checkpoint.tensors.items()}
-    file = sealed(safetensors.torch.save(tensors, metadata))
-    if path.exists():
-        keep = previous(path)
-        keep.unlink(missing_ok=True)
-        keep.hardlink_to(path)
-    publish(path, file)
+    file = sealed(ordered(safetensors.torch.save(tensors, metadata)))
+    if path.exists() and path.stat().st_size == len(file) and path.read_bytes() == file:
+        return
+    with told_to_make_room(path, len(file)):
+        fresh = temporary_beside(path)
+        publish(fresh, file)
+        if path.exists():
+            path.replace(previous(path))
+        fresh.replace(path)
+        sync_folder(path.parent)
+
+
+@contextlib.contextmanager
+def told_to_make_room(path: Path, size: int) -> Iterator[None]:
+    """Errors of writing a file of `size` bytes become UsageError: what was not written, and what to do."""
+    try:
+        yield
+    except OSError as error:
+        free = shutil.disk_usage(path.parent).free
+        raise UsageError(
+            f"{path} cannot be written: {error.strerror}; it takes {size / 1e6:.1f} MB, and {free / 1e6:.1f} MB are "
+            f"free in {path.parent}. What was saved before is whole: make room, and the same command goes on from it"
+        ) from error
+
+
+def ordered(file: bytes) -> bytes:
+    """A safetensors file with its header's keys sorted: the library writes them in another order each time."""
+    size = int.from_bytes(file[:8], "little")
+    header = json.dumps(json.loads(file[8 : 8 + size]), sort_keys=True, separators=(",", ":")).encode()
+    header += b" " * (-len(header) % 8)
+    return len(header).to_bytes(8, "little") + header + file[8 + size :]
 
 
 def sealed(file: bytes) -> bytes:

@@ -1,7 +1,7 @@
 """Training, read top to bottom. One run is one folder; started again, it goes on where it stopped, to the bit."""
 
 import copy
-import json
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -12,23 +12,20 @@ import torch
 from torch import Tensor
 
 from meshshard import Dataset, UsageError
-from meshshard.files import publish
 from meshshard_train import checkpoint
 from meshshard_train.config import TrainConfig
 from meshshard_train.data import Batch, steps_of
 from meshshard_train.device import autocast
 from meshshard_train.evaluate import evaluate
-from meshshard_train.loading import Loading, Meshes
+from meshshard_train.loading import Loading, Meshes, Timed
 from meshshard_train.loss import logits_of, mesh_losses
 from meshshard_train.matching import evaluate_matching
 from meshshard_train.members import split_of, training_numbers
-from meshshard_train.normalisation import check_processes
-from meshshard_train.schedule import best_epoch, is_over, learning_rate
-from meshshard_train.state import BEST, LAST, State, resume, save, started, to_checkpoint
+from meshshard_train.schedule import is_over, learning_rate
+from meshshard_train.state import LAST, State, publish_epoch, resume, save, started
 from meshshard_train.tasks import check_task
 from meshshard_train.team import Team
 
-METRICS = "metrics.jsonl"
 JUDGES = {"validation": "val", "test": "test"}
 """Configuration's `selection` -> the split that chooses the epoch."""
 SAVE_SECONDS = 300.0
@@ -37,13 +34,14 @@ SAVE_SECONDS = 300.0
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """What `report` is told after each step and each epoch (`metrics` is then the line of metrics.jsonl)."""
+    """Where training is. `epoch`: the one at work; `meshes`: how many of it are done; `loss`: their mean, or
+    of the epoch before, or NaN; `history`: the rows of all whole epochs, which are in metrics.jsonl by then."""
 
     epoch: int
     meshes: int
     loss: float
     learning_rate: float
-    metrics: dict[str, Any] | None = None
+    history: Sequence[dict[str, Any]]
 
 
 def train(
@@ -57,13 +55,14 @@ def train(
 ) -> list[dict[str, Any]]:
     """Train to the configuration's last epoch and return the history, one row an epoch.
 
+    `report` is told at the start, after each step and after each epoch.
     `run` gets last.safetensors (all of the state, after every epoch and every five minutes), best.safetensors (the
     epoch with the highest score, the first of equals) and metrics.jsonl; the checkpoints before them stay as
     previous-*. A run that is there goes on from its last checkpoint. UsageError when it was started with another
-    configuration, data or classes, when a loss is not finite, or for batch normalisation in several processes.
+    configuration, data or classes, when a loss or its gradient is not finite, or the disk is full.
     """
     check_task(dataset, config)
-    check_processes(config.normalisation, team.size)
+    team.check(config)
     numbers, judges = training_numbers(dataset, config), split_of(dataset, JUDGES[config.selection])
     meshes = Meshes(dataset, config, device, loading)
     torch.manual_seed(config.seed)
@@ -74,35 +73,43 @@ def train(
     )
     run.mkdir(parents=True, exist_ok=True)
     resume(run, state, dataset, config)
+    data = f"{dataset.index.content_sha256} {dataset.index.splits_sha256}"
+    team.check_same(f"data {data}, {config.to_json()}, epoch {state.epoch}, step {state.step}")
+    if team.leads:
+        publish_epoch(run, state, dataset, config)
+    rate = learning_rate(config, state.epoch + state.seen / len(numbers))
+    report(_progress(state, rate))
 
     while not is_over(config, state.history):
         start, saved = time.perf_counter() - state.seconds, time.perf_counter()
         steps = steps_of(numbers, dataset.vertex_counts, config, state.epoch)[state.step :]
+        batches = Timed(meshes.batches([team.share(step) for step in steps], state.epoch), state.waited)
         state.network.train()
-        for members, batch in zip(
-            steps, meshes.batches([team.share(step) for step in steps], state.epoch), strict=True
-        ):
-            rate = learning_rate(config, state.epoch + state.seen / len(numbers))
-            state.loss += _step(state, batch, members, meshes, rate, team)
-            state.seen, state.step, state.updates = state.seen + len(members), state.step + 1, state.updates + 1
-            state.seconds = time.perf_counter() - start
-            report(Progress(epoch=state.epoch, meshes=state.seen, loss=state.loss / state.seen, learning_rate=rate))
+        for members, batch in zip(steps, batches, strict=True):
             if team.leads and time.perf_counter() - saved > SAVE_SECONDS:
                 save(run / LAST, state, dataset, config)
                 saved = time.perf_counter()
+            rate = learning_rate(config, state.epoch + state.seen / len(numbers))
+            state.loss += _step(state, batch, members, meshes, rate, team)
+            state.seen, state.step, state.updates = state.seen + len(members), state.step + 1, state.updates + 1
+            state.seconds, state.waited = time.perf_counter() - start, batches.seconds
+            report(_progress(state, rate))
 
         row: dict[str, Any] = {"epoch": state.epoch, "loss": state.loss / state.seen, "learning_rate": rate}
         row |= _judge(state, meshes, judges, team)
-        row["seconds"] = round(time.perf_counter() - start, 3)
-        state.history.append(row)
-        state.epoch, state.step, state.loss, state.seen, state.seconds = state.epoch + 1, 0, 0.0, 0, 0.0
+        row |= {"seconds": round(time.perf_counter() - start, 3), "waited": round(state.waited / state.seconds, 5)}
+        state.end_epoch(row)
         if team.leads:
-            if best_epoch(state.history) == row["epoch"]:
-                checkpoint.save(run / BEST, to_checkpoint(state, dataset, config))
             save(run / LAST, state, dataset, config)
-            publish(run / METRICS, "".join(json.dumps(line) + "\n" for line in state.history).encode())
-        report(Progress(epoch=row["epoch"], meshes=len(numbers), loss=row["loss"], learning_rate=rate, metrics=row))
+            publish_epoch(run, state, dataset, config)
+        report(_progress(state, rate))
     return state.history
+
+
+def _progress(state: State, rate: float) -> Progress:
+    before = state.history[-1]["loss"] if state.history else math.nan
+    loss = state.loss / state.seen if state.seen else before
+    return Progress(epoch=state.epoch, meshes=state.seen, loss=loss, learning_rate=rate, history=state.history)
 
 
 def _step(
@@ -112,7 +119,7 @@ def _step(
     config = meshes.config
     for group in state.optimizer.param_groups:
         group["lr"] = rate
-    state.optimizer.zero_grad(set_to_none=team.size == 1)
+    state.optimizer.zero_grad()
     losses_B = torch.zeros(0, device=meshes.device)
     if batch is not None:
         with autocast(config.precision, meshes.device):
@@ -122,16 +129,15 @@ def _step(
         (losses_B.sum() / len(members)).backward()
     total = losses_B.detach().sum()
     team.sum_([total, *_gradients(state.network)])
-    if not torch.isfinite(total):
+    length = torch.nn.utils.clip_grad_norm_(state.network.parameters(), config.clip_norm or math.inf)
+    if not torch.isfinite(total + length):
         losses = {} if batch is None else dict(zip(batch.of_losses, losses_B.isfinite().tolist(), strict=True))
         bad = [numbers for part in team.gather(losses) for numbers, finite in part.items() if not finite]
-        names = sorted({meshes.dataset.ids[number] for numbers in bad for number in numbers})
+        names = sorted({meshes.dataset.ids[number] for numbers in bad or [tuple(members)] for number in numbers})
         raise UsageError(
-            f"epoch {state.epoch}: the loss is not finite on {names}; lower --learning-rate, or check these meshes "
-            "with meshshard verify --full"
+            f"epoch {state.epoch}: the {'loss' if bad else 'gradient of the loss'} is not finite on {names}; "
+            "lower --learning-rate, or check these meshes with meshshard verify --full"
         )
-    if config.clip_norm:
-        torch.nn.utils.clip_grad_norm_(state.network.parameters(), config.clip_norm)
     state.optimizer.step()
     state.follow(config.ema)
     return float(total)

@@ -16,7 +16,6 @@ from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn import functional
 
-from meshshard.errors import UsageError
 from meshshard_train.rows import OfMesh, Rows
 
 EPS = 1e-6
@@ -132,13 +131,3 @@ class GlobalResponseNorm(OfMesh):
         length_BC = torch.where(alive_BC, square_BC, 1).sqrt() * alive_BC
         response_BC = length_BC / (length_BC.mean(1, keepdim=True) + EPS)
         return (values_VC * (1 + rows.spread(self.weight * response_BC)) + self.bias).to(x_VC.dtype)
-
-
-def check_processes(normalisation: str, processes: int) -> None:
-    """UsageError: batch normalisation in several processes, each of which would keep averages of its own meshes."""
-    if normalisation == "batch" and processes > 1:
-        raise UsageError(
-            f"normalisation = batch trains in one process, and there are {processes}: its running averages follow "
-            "the meshes in their order, and each process sees only its share; start it without torchrun, or set "
-            "normalisation to layer, group, instance or grn"
-        )

@@ -1,5 +1,6 @@
 """All that a run goes on from: what is saved after every epoch, and in long ones now and then."""
 
+import json
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -8,19 +9,21 @@ import torch
 from torch import Tensor
 
 from meshshard import Dataset, UsageError
+from meshshard.files import publish
 from meshshard_train import checkpoint
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import TrainConfig
 from meshshard_train.model import TaskDrivenNet
+from meshshard_train.schedule import best_epoch
 
-LAST, BEST = "last.safetensors", "best.safetensors"
+LAST, BEST, METRICS = "last.safetensors", "best.safetensors", "metrics.jsonl"
 
 
 @dataclass(kw_only=True)
 class State:
     """Where a run is. `average`: the moving average of the weights, by name, empty without one. `epoch`, `step`: the
-    next to be done; `updates`: steps of all epochs; `loss`, `seen`, `seconds`: sum of the losses of the epoch so far,
-    its meshes, and the time it took."""
+    next to be done; `updates`: steps of all epochs. Of the epoch so far, `loss`: sum of the losses; `seen`: meshes;
+    `seconds`: the time it took, of which `waited` for data."""
 
     network: TaskDrivenNet
     optimizer: torch.optim.Optimizer
@@ -32,10 +35,17 @@ class State:
     loss: float = 0.0
     seen: int = 0
     seconds: float = 0.0
+    waited: float = 0.0
 
     def weights(self) -> dict[str, Tensor]:
         """What is evaluated and kept as best: the average where there is one."""
         return self.average or dict(self.network.state_dict())
+
+    def end_epoch(self, row: dict[str, Any]) -> None:
+        """Take its row into the history, and go to the start of the next epoch."""
+        self.history.append(row)
+        self.epoch, self.step, self.seen = self.epoch + 1, 0, 0
+        self.loss, self.seconds, self.waited = 0.0, 0.0, 0.0
 
     @torch.no_grad()
     def follow(self, decay: float) -> None:
@@ -87,22 +97,30 @@ def save(path: Path, state: State, dataset: Dataset, config: TrainConfig) -> Non
     checkpoint.save(path, replace(whole, tensors=tensors, state=whole.state | place))
 
 
-PLACE = ("history", "epoch", "step", "updates", "loss", "seen", "seconds")
+def publish_epoch(run: Path, state: State, dataset: Dataset, config: TrainConfig) -> None:
+    """Publish what follows from a state that is saved as last: best.safetensors, where the epoch that just ended is
+    the best, and metrics.jsonl. After a kill between the files, it is done again."""
+    if not state.history:
+        return
+    if state.step == 0 and best_epoch(state.history) == state.epoch - 1:
+        checkpoint.save(run / BEST, to_checkpoint(state, dataset, config))
+    lines = "".join(json.dumps(row) + "\n" for row in state.history).encode()
+    with checkpoint.told_to_make_room(run / METRICS, len(lines)):
+        publish(run / METRICS, lines)
+
+
+PLACE = ("history", "epoch", "step", "updates", "loss", "seen", "seconds", "waited")
 
 
 def resume(run: Path, state: State, dataset: Dataset, config: TrainConfig) -> None:
     """Load the last checkpoint of a run into a state, where there is one. UsageError: it is damaged, or of another
-    configuration, data or classes."""
+    configuration, data or classes; or best.safetensors is not the one that belongs to it."""
     path = run / LAST
     if not path.exists():
+        path = checkpoint.previous(path)  # killed between two renames
+    if not path.exists():
         return
-    try:
-        before = checkpoint.load(path)
-    except UsageError as error:
-        raise UsageError(
-            f"{error}; go on from the one before: mv {checkpoint.previous(path)} {path}; or delete {run} to start "
-            "anew, or choose another --run"
-        ) from error
+    before = _loaded(path)
     clashes = before.config.differences(config) + before.other_data(dataset)
     if clashes:
         raise UsageError(f"{run} holds a run with other settings; choose another --run. " + "; ".join(clashes))
@@ -116,6 +134,25 @@ def resume(run: Path, state: State, dataset: Dataset, config: TrainConfig) -> No
     state.optimizer.load_state_dict({"state": slots, "param_groups": state.optimizer.state_dict()["param_groups"]})
     for name in PLACE:
         setattr(state, name, before.state[name])
+    best = best_epoch(state.history)
+    if best >= 0 and (best < state.epoch - 1 or state.step > 0):  # else it is written from this state
+        found = _loaded(run / BEST).state["epoch"]
+        if found != best:
+            wrong = f"{run / BEST} is of epoch {found}, and the best of the epochs in {path} is {best}"
+            raise UsageError(f"{wrong}; {_advice(run / BEST)}")
+
+
+def _loaded(path: Path) -> Checkpoint:
+    try:
+        return checkpoint.load(path)
+    except UsageError as error:
+        raise UsageError(f"{error}; {_advice(path)}") from error
+
+
+def _advice(path: Path) -> str:
+    older = checkpoint.previous(path)
+    back = f"go on from the one before: mv {older} {path}; or " if older.exists() else ""
+    return f"{back}delete {path.parent} to start anew, or choose another --run"
 
 
 def _named(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:

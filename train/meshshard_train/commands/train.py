@@ -1,12 +1,14 @@
 """meshshard train: a folder of shards to a run."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from meshshard.commands import Data, locate
+from meshshard.commands import AsJson, Data, locate
 from meshshard.errors import UsageError
+from meshshard.plain import print_table, to_json
 from meshshard_train.commands.shared import Device, print_results
 from meshshard_train.recipes import RECIPES
 
@@ -34,30 +36,38 @@ def train(
     ] = None,
     precision: Annotated[str | None, typer.Option(help="auto, bf16 or fp32.")] = None,
     seed: Annotated[int | None, typer.Option(help="Decides weights, order and augmentation.", min=0)] = None,
+    seeds: Annotated[
+        int | None, typer.Option(help="Train from so many seeds, into RUN/seed-N each; mean and deviation.", min=1)
+    ] = None,
     workers: Annotated[int, typer.Option(help="Processes that read shards, when they do not fit.", min=0)] = 0,
+    start_method: Annotated[
+        str | None, typer.Option(help="How they start: fork, spawn or forkserver (default: Python's).")
+    ] = None,
     keep_gib: Annotated[float, typer.Option(help="Data up to this size stays on the device.", min=0)] = 4.0,
+    tensorboard: Annotated[bool, typer.Option("--tensorboard", help="Write RUN/tensorboard too.")] = False,
     device: Device = "auto",
+    as_json: AsJson = False,
 ) -> None:
     """Train the network on a folder of shards, show a table, and name its pictures.
 
     Stopped at any time and called again, it goes on where it was. The epoch and the voting rounds are chosen on the
     validation split; the test split is looked at once, at the end.
 
-    Example: meshshard train minicoseg --epochs 30
+    Examples: meshshard train minicoseg --epochs 30
+
+    torchrun --nproc-per-node 2 -m -- meshshard train minicoseg
     """
-    folder = locate(data)
     from meshshard import open_dataset  # torch takes a second to import: it stays out of --help
-    from meshshard.files import lock_folder
-    from meshshard_train.commands.progress import progress_bar
-    from meshshard_train.device import choose_device
+    from meshshard_train.commands.runs import finished_run
     from meshshard_train.loading import Loading
-    from meshshard_train.loop import train as run_training
+    from meshshard_train.loop import SAVE_SECONDS
     from meshshard_train.members import classes_without, training_numbers
-    from meshshard_train.results import write_results
+    from meshshard_train.results import RESULTS
+    from meshshard_train.seeds import SEEDS, folder_of, table_rows, write_seeds
     from meshshard_train.settings import resolved
     from meshshard_train.tasks import check_task, task_of
+    from meshshard_train.team import joined
 
-    dataset = open_dataset(folder)
     named: dict[str, Any] = {
         "epochs": epochs,
         "learning_rate": learning_rate,
@@ -69,19 +79,41 @@ def train(
         "precision": precision,
         "seed": seed,
     }
-    chosen = resolved(recipe, task_of(dataset), config, settings or [], named)
-    check_task(dataset, chosen)
-    numbers = training_numbers(dataset, chosen)
-    if missing := classes_without(dataset, numbers, chosen.task):
-        typer.echo(f"no training mesh has {', '.join(missing)}: these classes cannot be learned", err=True)
-    place = run or RUNS / (dataset.name if recipe == "paper" else f"{dataset.name}-{recipe}")
-    where, loading = choose_device(device), Loading(keep_gib=keep_gib, workers=workers)
-    try:
-        with lock_folder(place), progress_bar(chosen.epochs, len(numbers)) as tell:
-            history = run_training(dataset, chosen, place, where, tell, loading)
-            results, pictures = write_results(dataset, place, history, where, loading)
-    except KeyboardInterrupt:
-        raise UsageError("stopped; the same command goes on after the last whole epoch") from None
-    print_results(results)
-    for path in (*pictures, place / "results.json"):
+    with joined(device) as (team, where):
+        dataset = open_dataset(locate(data))
+        chosen = resolved(recipe, task_of(dataset), config, settings or [], named)
+        check_task(dataset, chosen)
+        if team.leads and (missing := classes_without(dataset, training_numbers(dataset, chosen), chosen.task)):
+            typer.echo(f"no training mesh has {', '.join(missing)}: these classes cannot be learned", err=True)
+        place = run or RUNS / (dataset.name if recipe == "paper" else f"{dataset.name}-{recipe}")
+        loading = Loading(keep_gib=keep_gib, workers=workers, start_method=start_method)
+        configs = {place: chosen}
+        if seeds is not None:
+            every = range(chosen.seed, chosen.seed + seeds)
+            configs = {folder_of(place, seed): replace(chosen, seed=seed) for seed in every}
+        try:
+            made = [finished_run(dataset, c, r, where, loading, team, tensorboard) for r, c in configs.items()]
+        except KeyboardInterrupt:
+            raise UsageError(
+                "stopped; the same command goes on where it was saved last, "
+                f"at most {SAVE_SECONDS / 60:.0f} minutes of training before"
+            ) from None
+    finished = [one for one in made if one is not None]
+    if not finished:  # a team's first process tells
+        return
+    if seeds is not None:
+        summary = write_seeds(place, [results for results, _ in finished])
+        written = [place / "seeds.md", place / SEEDS]
+    else:
+        summary, pictures = finished[0]
+        written = [*pictures, place / RESULTS]
+    if as_json:
+        typer.echo(to_json(summary))
+        return
+    if seeds is None:
+        print_results(summary)
+    else:
+        head, *rows = table_rows(summary)
+        print_table(head, rows)
+    for path in written:
         typer.echo(str(path))

@@ -24,6 +24,7 @@ VERBS = (
     "evaluate",
     "predict",
     "export",
+    "export-model",
     "generate",
     "bench",
     "bench-train",
@@ -51,6 +52,7 @@ EXTRAS = {
     "pictures": ("embreex", "jinja2", "PIL"),
     "train": ("torch", "safetensors", "matplotlib", "tensorboard"),
     "pyg": ("torch_geometric",),
+    "onnx": ("onnx", "onnxscript", "onnxruntime"),
 }
 """Extra -> top-level modules that it brings."""
 

@@ -10,6 +10,7 @@ from meshshard_train.model import (
     pool_faces,
     pool_meshes,
 )
+from meshshard_train.rows import Rows
 
 
 @pytest.mark.parametrize(
@@ -49,9 +50,9 @@ def test_block_is_the_formula():
     x, scale = torch.randn(5, 8), torch.tensor([[0.0], [1.0], [2.0], [1.0], [0.0]])
     first, norm1, _, second, norm2, _ = block.bottleneck
     branch = block.gamma * block.expand(norm2(second(norm1(first(x)).relu())).relu())
-    torch.testing.assert_close(block(x, scale), (x + scale * branch).relu())
-    torch.testing.assert_close(block(x, None), (x + branch).relu())
-    torch.testing.assert_close(block(x, scale)[0], x[0].relu())
+    torch.testing.assert_close(block(x, scale, Rows(x)), (x + scale * branch).relu())
+    torch.testing.assert_close(block(x, None, Rows(x)), (x + branch).relu())
+    torch.testing.assert_close(block(x, scale, Rows(x))[0], x[0].relu())
 
 
 def test_drop_path_rises_over_the_encoder_and_again_over_the_decoder():
@@ -88,3 +89,11 @@ def test_pooling_is_the_mean():
     used = torch.tensor([True, False, True, True, True, True])
     expected = torch.stack([logits[[0, 2, 3]].mean(0), logits[4:].mean(0)])
     torch.testing.assert_close(pool_meshes(logits, mesh, used, 2), expected)
+
+
+@pytest.mark.parametrize("vertices", [1, 300, 5000])
+def test_the_mean_of_a_mesh_is_not_rounded_to_bfloat16(vertices):
+    """Which cannot count to 257."""
+    logits, mesh = torch.full((vertices, 2), 0.5).bfloat16(), torch.zeros(vertices, dtype=torch.int64)
+    pooled = pool_meshes(logits, mesh, torch.ones(vertices, dtype=torch.bool), 1)
+    assert torch.equal(pooled, torch.full((1, 2), 0.5))

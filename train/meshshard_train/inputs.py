@@ -41,7 +41,7 @@ def channels(
     """Stored features, in the order of the channels, side by side."""
     columns = []
     for name, values in stored.items():
-        values_VC = values.reshape(len(used_V), -1)
+        values_VC = values.reshape(used_V.shape[0], -1)
         columns.append(values_VC if name in TURNED else scaled(values_VC, name, used_V, scaling))
     return torch.cat(columns, dim=1) * used_V[:, None]
 

@@ -127,7 +127,8 @@ def _step(
     losses_B = torch.zeros(0, device=meshes.device)
     if batch is not None:
         with autocast(config.precision, meshes.device):
-            logits = logits_of(state.forward(batch.features_VC, batch.mesh_V, batch.vertex_drops), batch, config.task)
+            vertex_logits = state.forward(batch.features_VC, batch.mesh_V, batch.vertex_drops, batch.used_V)
+            logits = logits_of(vertex_logits, batch, config.task)
         losses_B = mesh_losses(logits, batch, config.task, config.label_smoothing, config.map_regularisation)
         (losses_B.sum() / len(members)).backward()
     total = losses_B.detach().sum()

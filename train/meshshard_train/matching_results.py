@@ -13,6 +13,7 @@ from meshshard import Dataset
 from meshshard.files import publish
 from meshshard.palette import class_colour
 from meshshard.plain import to_json
+from meshshard_train.card import write_card
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.matching import THRESHOLDS, evaluate_matching, evaluate_true_maps
@@ -35,6 +36,7 @@ def write_matching_results(
     results |= {"epochs": len(history), "seconds": round(sum(row["seconds"] for row in history), 1)}
     publish(run / "results.json", to_json(results).encode() + b"\n")
     publish(run / "results.md", _markdown(results).encode())
+    write_card(run, best, dataset, results, device)
     _draw(run / "curves.png", results, history)
     return results, [run / "curves.png"]
 

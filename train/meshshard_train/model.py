@@ -1,13 +1,18 @@
 """The pointwise residual network of "A Task-driven Network for Mesh Classification and Semantic Part Segmentation".
 
 Shapes: V vertices of all meshes of a batch, F their faces, B meshes, C channels, K classes, L residual blocks.
-No layer looks at another vertex: meshes of any size, connectivity or number are packed into one (V, C) array.
+No layer looks at another vertex: meshes of any size, connectivity or number are packed into one (V, C) array. Layers
+of the article's ablations do, within a mesh: see normalisation.py and backbone.py.
 """
 
 import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor, nn
 from torch.nn import functional
+
+from meshshard_train.backbone import BACKBONES
+from meshshard_train.normalisation import normalisation as norm
+from meshshard_train.rows import Chain, Rows
 
 STAGES = (3, 4, 6, 3)
 """Residual blocks of the four encoder stages; the decoder has as many in its four."""
@@ -19,50 +24,59 @@ ROWS = 256
 class Block(nn.Module):
     """x + gamma * expand(bottleneck(x)), then ReLU. `scale_V1` is the drop-path factor of each vertex's mesh."""
 
-    def __init__(self, width: int) -> None:
+    def __init__(self, width: int, normalisation: str = "layer", backbone: str = "mlp_residual") -> None:
         super().__init__()
-        inner = width // 4
-        self.bottleneck = nn.Sequential(
-            nn.Linear(width, inner),
-            nn.LayerNorm(inner, eps=1e-6),
+        self.kind, inner = BACKBONES[backbone], width // 4
+        self.bottleneck = Chain(
+            self.kind.layer(width, inner),
+            norm(normalisation, inner),
             nn.ReLU(),
-            nn.Linear(inner, inner),
-            nn.LayerNorm(inner, eps=1e-6),
+            self.kind.layer(inner, inner),
+            norm(normalisation, inner),
             nn.ReLU(),
         )
-        self.expand = nn.Linear(inner, width)
-        self.gamma = nn.Parameter(torch.full((width,), 1e-6))
+        self.expand = self.kind.layer(inner, width)
+        self.gamma = nn.Parameter(torch.full((width,), self.kind.gamma))
 
-    def forward(self, x_VC: Float[Tensor, "V C"], scale_V1: Float[Tensor, "V 1"] | None) -> Float[Tensor, "V C"]:
+    def forward(
+        self, x_VC: Float[Tensor, "V C"], scale_V1: Float[Tensor, "V 1"] | None, rows: Rows
+    ) -> Float[Tensor, "V C"]:
         """The residual step; no factor means that no path is dropped."""
         # gamma * (W h + b) with gamma inside the product: the same numbers, without a pass over V x C values
         weight, bias = self.gamma[:, None] * self.expand.weight, self.gamma * self.expand.bias
-        branch_VC = functional.linear(self.bottleneck(x_VC), weight, bias)
+        inner_VC = self.bottleneck(x_VC, rows)
+        if self.kind.convolves:
+            inner_VC = rows.with_neighbours(inner_VC)
+        branch_VC = functional.linear(inner_VC, weight, bias)
+        if not self.kind.residual:
+            return functional.relu(branch_VC)
         return functional.relu(x_VC + (branch_VC if scale_V1 is None else scale_V1.to(branch_VC.dtype) * branch_VC))
 
 
 class Stage(nn.Module):
     """Blocks of one width, one after the other."""
 
-    def __init__(self, width: int, depth: int) -> None:
+    def __init__(self, width: int, depth: int, normalisation: str = "layer", backbone: str = "mlp_residual") -> None:
         super().__init__()
-        self.blocks = nn.ModuleList(Block(width) for _ in range(depth))
+        self.blocks = nn.ModuleList(Block(width, normalisation, backbone) for _ in range(depth))
 
-    def forward(self, x_VC: Float[Tensor, "V C"], scale_VL: Float[Tensor, "V L"] | None) -> Float[Tensor, "V C"]:
+    def forward(
+        self, x_VC: Float[Tensor, "V C"], scale_VL: Float[Tensor, "V L"] | None, rows: Rows
+    ) -> Float[Tensor, "V C"]:
         """`scale_VL` holds a column for each of the stage's blocks."""
         for number, block in enumerate(self.blocks):
-            x_VC = block(x_VC, None if scale_VL is None else scale_VL[:, number : number + 1])
+            x_VC = block(x_VC, None if scale_VL is None else scale_VL[:, number : number + 1], rows)
         return x_VC
 
 
-def stem(inputs: int, outputs: int) -> nn.Sequential:
-    """Linear, LayerNorm."""
-    return nn.Sequential(nn.Linear(inputs, outputs), nn.LayerNorm(outputs, eps=1e-6))
+def stem(inputs: int, outputs: int, normalisation: str) -> Chain:
+    """Linear, normalisation."""
+    return Chain(nn.Linear(inputs, outputs), norm(normalisation, outputs))
 
 
-def tail(inputs: int, outputs: int) -> nn.Sequential:
-    """LayerNorm, Linear."""
-    return nn.Sequential(nn.LayerNorm(inputs, eps=1e-6), nn.Linear(inputs, outputs))
+def tail(inputs: int, outputs: int, normalisation: str) -> Chain:
+    """Normalisation, Linear."""
+    return Chain(norm(normalisation, inputs), nn.Linear(inputs, outputs))
 
 
 class TaskDrivenNet(nn.Module):
@@ -70,24 +84,22 @@ class TaskDrivenNet(nn.Module):
 
     An encoder of four stages and a decoder that takes the encoder's outputs again, U-Net fashion. Faces and meshes
     take the means of their vertices' logits: see `pool_faces` and `pool_meshes`. 4,101,672 parameters for 25
-    features and 8 classes.
+    features and 8 classes. `normalisation`, `backbone`: as in `config.TrainConfig`. `pads_to`: the number of rows
+    that are computed is a multiple of it.
     """
 
     def __init__(
-        self,
-        in_features: int,
-        outputs: int,
-        normalisation: str = "layer",  # noqa: ARG002
-        backbone: str = "mlp_residual",  # noqa: ARG002
+        self, in_features: int, outputs: int, normalisation: str = "layer", backbone: str = "mlp_residual"
     ) -> None:
         super().__init__()
-        self.stem1, self.stem2 = stem(in_features, 256), stem(256, 512)
-        self.encoder = nn.ModuleList(Stage(w, d) for w, d in zip((256, 256, 256, 512), STAGES, strict=True))
-        self.decoder = nn.ModuleList(Stage(512, depth) for depth in STAGES)
-        self.tails = nn.ModuleList([tail(512, 256), tail(512, 256), tail(512, 256), tail(512, 128)])
-        self.skips = nn.ModuleList([tail(256, 128), tail(256, 128), tail(256, 128)])
-        self.last = tail(512, 128)
-        self.head = nn.Sequential(nn.LayerNorm(128, eps=1e-6), nn.Linear(128, 32), nn.GELU(), nn.Linear(32, outputs))
+        self.pads_to, kind = ROWS, (normalisation, backbone)
+        self.stem1, self.stem2 = stem(in_features, 256, normalisation), stem(256, 512, normalisation)
+        self.encoder = nn.ModuleList(Stage(w, d, *kind) for w, d in zip((256, 256, 256, 512), STAGES, strict=True))
+        self.decoder = nn.ModuleList(Stage(512, depth, *kind) for depth in STAGES)
+        self.tails = nn.ModuleList(tail(512, outputs, normalisation) for outputs in (256, 256, 256, 128))
+        self.skips = nn.ModuleList(tail(256, 128, normalisation) for _ in range(3))
+        self.last = tail(512, 128, normalisation)
+        self.head = Chain(norm(normalisation, 128), nn.Linear(128, 32), nn.GELU(), nn.Linear(32, outputs))
         for module in self.modules():
             if isinstance(module, nn.Linear):
                 nn.init.trunc_normal_(module.weight, std=0.02)
@@ -96,26 +108,30 @@ class TaskDrivenNet(nn.Module):
     def forward(
         self,
         features_VC: Float[Tensor, "V C"],
-        mesh_V: Int[Tensor, " V"] | None = None,  # noqa: ARG002
+        mesh_V: Int[Tensor, " V"] | None = None,
         drop_VL: Float[Tensor, "V L"] | None = None,
+        used_V: Bool[Tensor, " V"] | None = None,
     ) -> Float[Tensor, "V K"]:
         """Vertex logits. `mesh_V`: the mesh that each vertex is of, rising from 0; None: all of one. `drop_VL`:
-        drop-path factors, encoder blocks first (see `drop_path_factors`); None in evaluation."""
-        vertices = len(features_VC)
-        padding = (0, 0, 0, -vertices % ROWS)
+        drop-path factors, encoder blocks first (see `drop_path_factors`); None in evaluation. `used_V`: vertices that
+        others may see, where layers look at others; None: all."""
+        vertices = features_VC.shape[0]
+        padding = (0, 0, 0, -vertices % self.pads_to)
         features_VC = functional.pad(features_VC, padding)
         drop_VL = None if drop_VL is None else functional.pad(drop_VL, padding)
         parts = [None] * 8 if drop_VL is None else list(drop_VL.split((*STAGES, *STAGES), dim=1))
-        e1 = self.encoder[0](self.stem1(features_VC), parts[0])
-        e2 = self.encoder[1](e1, parts[1])
-        e3 = self.encoder[2](e2, parts[2])
-        e4 = self.encoder[3](self.stem2(e3), parts[3])
-        d0 = self.tails[0](e4)
-        d1 = self.tails[1](self.decoder[0](torch.cat([e3, d0], 1), parts[4]))
-        d2 = self.tails[2](self.decoder[1](torch.cat([e2, d1], 1), parts[5]))
-        d3 = self.tails[3](self.decoder[2](torch.cat([e1, d2], 1), parts[6]))
-        all_scales = torch.cat([d3, self.skips[0](d2), self.skips[1](d1), self.skips[2](d0)], 1)
-        logits: Tensor = self.head(self.last(self.decoder[3](all_scales, parts[7])))
+        rows = Rows(features_VC, vertices, mesh_V, used_V)
+        e1 = self.encoder[0](self.stem1(features_VC, rows), parts[0], rows)
+        e2 = self.encoder[1](e1, parts[1], rows)
+        e3 = self.encoder[2](e2, parts[2], rows)
+        e4 = self.encoder[3](self.stem2(e3, rows), parts[3], rows)
+        d0 = self.tails[0](e4, rows)
+        d1 = self.tails[1](self.decoder[0](torch.cat([e3, d0], 1), parts[4], rows), rows)
+        d2 = self.tails[2](self.decoder[1](torch.cat([e2, d1], 1), parts[5], rows), rows)
+        d3 = self.tails[3](self.decoder[2](torch.cat([e1, d2], 1), parts[6], rows), rows)
+        skips = [skip(d, rows) for skip, d in zip(self.skips, (d2, d1, d0), strict=True)]
+        all_scales = torch.cat([d3, *skips], 1)
+        logits: Tensor = self.head(self.last(self.decoder[3](all_scales, parts[7], rows), rows), rows)
         return logits[:vertices]
 
 
@@ -132,12 +148,14 @@ def drop_path_factors(uniform_BL: Float[Tensor, "B L"], rate: float) -> Float[Te
 
 def pool_faces(logits_VK: Float[Tensor, "V K"], faces_F3: Int[Tensor, "F 3"]) -> Float[Tensor, "F K"]:
     """A face's logits are the mean of its three vertices'."""
-    return logits_VK.index_select(0, faces_F3.flatten()).view(len(faces_F3), 3, -1).mean(1)
+    return logits_VK.index_select(0, faces_F3.flatten()).view(faces_F3.shape[0], 3, -1).mean(1)
 
 
 def pool_meshes(
     logits_VK: Float[Tensor, "V K"], mesh_V: Int[Tensor, " V"], used_V: Bool[Tensor, " V"], meshes: int
 ) -> Float[Tensor, "B K"]:
-    """A mesh's logits are the mean of its used vertices'. Every mesh has one."""
-    total_BK = logits_VK.new_zeros(meshes, logits_VK.shape[1]).index_add(0, mesh_V, logits_VK * used_V[:, None])
-    return total_BK / torch.bincount(mesh_V[used_V], minlength=meshes)[:, None]
+    """A mesh's logits are the mean of its used vertices', taken in float32 at least. Every mesh has one."""
+    kind = torch.promote_types(logits_VK.dtype, torch.float32)  # bfloat16 cannot count to 257
+    zeros_BK = logits_VK.new_zeros(meshes, logits_VK.shape[1], dtype=kind)
+    used_V1 = used_V[:, None].to(kind)
+    return zeros_BK.index_add(0, mesh_V, logits_VK * used_V1) / zeros_BK[:, :1].index_add(0, mesh_V, used_V1)

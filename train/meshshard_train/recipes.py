@@ -63,7 +63,13 @@ def fast(task: str, **overrides: Any) -> TrainConfig:
         "classification": {"batch_vertices": 1024, "learning_rate": 1e-3, "epochs": 60},
         "correspondence": {"rotation_axes": ""},
     }
-    settings = {"rotation_axes": "xyz", "clip_norm": 1.0, "ema": 0.998, "epochs": 75, "batch_vertices": 3072}
+    settings: dict[str, Any] = {
+        "rotation_axes": "xyz",
+        "clip_norm": 1.0,
+        "ema": 0.998,
+        "epochs": 75,
+        "batch_vertices": 3072,
+    }
     return TrainConfig(recipe="fast", task=task, **settings | of_task.get(task, {}) | overrides)
 
 

@@ -1,4 +1,4 @@
-"""What a finished run leaves for people: results.json, results.md and pictures."""
+"""What a finished run leaves for people: results.json, results.md, the model card and pictures."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -13,6 +13,7 @@ from meshshard import Dataset, UsageError
 from meshshard.files import publish, sha256_of_file
 from meshshard.plain import to_json
 from meshshard_train import checkpoint
+from meshshard_train.card import write_card
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import VOTED, TrainConfig
 from meshshard_train.evaluate import VOTING_ROUNDS, Evaluation, evaluate
@@ -57,6 +58,7 @@ def write_results(
     }
     publish(run / RESULTS, to_json(results).encode() + b"\n")
     publish(run / "results.md", markdown(results).encode())
+    write_card(run, best, dataset, results, device)
     return results, _draw(results, network, meshes, run, history)
 
 

@@ -28,8 +28,9 @@ from meshshard_prep.datasets import read_dataset
 from meshshard_prep.jobs import make_job, read_entry
 from meshshard_prep.run import run
 from meshshard_train import checkpoint
-from meshshard_train.loop import BEST, train
+from meshshard_train.loop import train
 from meshshard_train.recipes import paper
+from meshshard_train.state import BEST
 
 PAPER = RECIPES["paper"]
 

@@ -14,7 +14,6 @@ from meshshard.verify import verify
 from meshshard_prep.datasets import Entry, RawDataset
 from meshshard_prep.plan import make_plan
 from meshshard_prep.run import run
-from meshshard_train.commands import train
 from meshshard_train.graphs import graph_of
 
 
@@ -105,11 +104,9 @@ def test_a_changed_file_computes_that_mesh_anew(tmp_path):
     assert open_dataset(tmp_path / "out")[2].correspondence.tolist() == [6, 7, 8]
 
 
-def test_it_is_not_trained_on_and_its_graphs_have_no_labels(tmp_path):
+def test_its_graphs_have_no_labels(tmp_path):
     dataset, _ = remeshed(tmp_path / "raw", template=3, seeds=[0])
     run(dataset, tmp_path / "out", LIGHT, jobs=1)
-    with pytest.raises(UsageError, match="is for correspondence, which is not trained here"):
-        train(str(tmp_path / "out"), run=tmp_path / "run")
     assert "y" not in graph_of(open_dataset(tmp_path / "out")[0], "correspondence", ("vertices",))
 
 

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from dataclasses import fields
 from importlib.metadata import PackageNotFoundError, entry_points, metadata
 from pathlib import Path
 
@@ -23,6 +24,9 @@ from meshshard.errors import FAILURES, REFUSALS
 from meshshard.schema import ATTRIBUTES, FIELDS
 from meshshard_prep.datasets import ADAPTERS, read_dataset
 from meshshard_prep.datasets.own.keys import KEYS
+from meshshard_train.config import TrainConfig
+from meshshard_train.recipes import RECIPES
+from meshshard_train.settings import FIXED
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -234,3 +238,14 @@ def test_links_between_documents_lead_somewhere():
 def test_make_alone_prints_its_targets(target):
     done = subprocess.run(["make"], cwd=ROOT, capture_output=True, text=True, check=True)
     assert f"  {target}" in done.stdout
+
+
+def test_training_document_has_every_setting_with_its_defaults():
+    rows = table((DOCS / "training.md").read_text())
+    configs = [RECIPES[name]("segmentation") for name in ("paper", "official", "fast")]
+    for field in fields(TrainConfig):
+        if field.name not in FIXED:
+            values = [getattr(config, field.name) for config in configs]
+            shown = [", ".join(v) if isinstance(v, tuple) else str(v).lower() for v in values]
+            assert [cell.lower() for cell in rows[field.name][:3]] == shown, field.name
+    assert set(RECIPES) <= set(rows)

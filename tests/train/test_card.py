@@ -22,6 +22,8 @@ RESULTS = {
     "epoch": 1,
     "epochs": 2,
     "seconds": 5400.0,
+    "computed_in": ["fp32"],
+    "compiled": False,
     "voting_rounds": 3,
     "classes_not_trained": ["high"],
     "rows": {"val": {"accuracy": 0.5}},
@@ -59,6 +61,7 @@ def test_a_finished_run_has_a_card_with_its_figures_and_hashes(dataset, tmp_path
     run.mkdir()
     checkpoint.save(run / BEST, trained(dataset, CONFIG))
     history = [{"epoch": 0, "loss": 1.0, "val_accuracy": 0.5, "seconds": 3600.0, "score": 0.5}]
+    history[0] |= {"judged_by": "val_accuracy", "protocol": "x", "computed_in": "bf16", "compiled": True}
     results, _ = write_results(dataset, run, history, torch.device("cpu"))
     found = rows((run / CARD).read_text())
     stored = json.loads((run / "results.json").read_text())["rows"]
@@ -67,6 +70,7 @@ def test_a_finished_run_has_a_card_with_its_figures_and_hashes(dataset, tmp_path
         assert found[name.replace("_", " ")] == [f"{stored[split][name]:.4f}" for split in stored]
     assert found[f"sha256 of {BEST}"] == [sha256_of_file(run / BEST)]
     assert found["hours"] == ["1.00"]
+    assert found["computed in"] == ["bf16, compiled"]
     assert found["content_sha256"] == [dataset.index.content_sha256]
     assert found["splits_sha256"] == [dataset.index.splits_sha256]
     assert (found["torch"], found["meshshard"]) == ([torch.__version__], [__version__])

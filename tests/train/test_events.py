@@ -9,7 +9,13 @@ from meshshard_train.loop import Progress
 
 
 def row(epoch, loss):
-    figures = {"val_accuracy": 0.1 * epoch, "val_mean_iou": 0.5, "score": 0.1 * epoch}
+    figures = {
+        "val_accuracy": 0.1 * epoch,
+        "val_mean_iou": 0.5,
+        "score": 0.1 * epoch,
+        "judged_by": "val_accuracy",
+        "protocol": "honest",
+    }
     return {"epoch": epoch, "loss": loss, "learning_rate": 1e-3, **figures, "seconds": 2.0, "waited": 0.25}
 
 
@@ -21,7 +27,7 @@ def stored(run):
     """(tag, epoch, value) of all event files, as they are."""
     events = [e for path in sorted((run / "tensorboard").iterdir()) for e in EventFileLoader(str(path)).Load()]
     values = [(event.step, value) for event in events for value in event.summary.value]
-    return [(value.tag, step, round(value.tensor.float_val[0], 5)) for step, value in values]
+    return [(v.tag, step, round(v.tensor.float_val[0], 5)) for step, v in values if v.tensor.float_val]
 
 
 def test_every_epoch_is_there_once_whatever_was_killed(tmp_path):
@@ -53,6 +59,8 @@ def test_tensorboard_finds_all_figures_at_the_time_of_their_epoch(tmp_path):
     reader = EventAccumulator(str(tmp_path / "tensorboard")).Reload()
     found = {tag: reader.Scalars(tag) for tag in reader.Tags()["scalars"]}
     assert set(found) == {"loss", "learning_rate", "waited", "val/accuracy", "val/mean_iou"}
+    (said,) = reader.Tensors("protocol/text_summary")
+    assert said.tensor_proto.string_val == [b"honest"]
     first, second = found["val/accuracy"]
     assert (second.step, second.value) == (1, pytest.approx(0.1))
     assert second.wall_time - first.wall_time == pytest.approx(2.0, abs=1e-3)

@@ -7,6 +7,7 @@ import torch
 from samples import PAPER, sample, write_dataset
 
 from meshshard import UsageError, open_dataset
+from meshshard.files import sha256_of_file
 from meshshard_train import labelling
 from meshshard_train.checkpoint import Checkpoint, network_for
 from meshshard_train.labelling import known_rounds, label_meshes, outputs_of
@@ -84,6 +85,10 @@ def test_what_cannot_be_labelled_or_cannot_vote_is_refused():
 
 def test_rounds_of_voting_are_those_that_the_run_was_told_or_chose(tmp_path):
     assert known_rounds(SEGMENTS, tmp_path) is None
-    (tmp_path / "results.json").write_text('{"voting_rounds": 8}')
-    assert known_rounds(SEGMENTS, tmp_path) == 8
+    (tmp_path / "best.safetensors").write_bytes(b"weights")
+    digest = sha256_of_file(tmp_path / "best.safetensors")
+    (tmp_path / "results.json").write_text(f'{{"voting_rounds": 8, "checkpoint_sha256": "{digest}"}}')
+    assert known_rounds(SEGMENTS, tmp_path) == known_rounds(SEGMENTS, tmp_path / "best.safetensors") == 8
+    (tmp_path / "best.safetensors").write_bytes(b"others")  # the results are not of these
+    assert known_rounds(SEGMENTS, tmp_path) is None
     assert known_rounds(replace(SEGMENTS, config=official("segmentation")), tmp_path) == 3

@@ -79,6 +79,13 @@ def test_empty_splits_are_named(tmp_path):
         train(open_dataset(folder), CONFIG, tmp_path / "run", CPU)
 
 
+def test_a_split_that_chooses_has_labels(tmp_path):
+    samples = [sample(n, **({"face_labels": np.full(32, -1, dtype="i2")} if n == 2 else {})) for n in range(4)]
+    folder = write_dataset(tmp_path / "a", samples, ["train", "train", "val", "test"])
+    with pytest.raises(UsageError, match="nothing in the split 'val' has a label, and it chooses the epoch"):
+        train(open_dataset(folder), CONFIG, tmp_path / "run", CPU)
+
+
 def test_a_loss_that_is_not_finite_names_its_meshes(dataset, tmp_path, monkeypatch):
     original = loop.mesh_losses
     monkeypatch.setattr(loop, "mesh_losses", lambda *a: original(*a) * float("nan"))

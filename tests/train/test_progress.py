@@ -2,11 +2,18 @@
 
 from meshshard_train.commands import progress as told
 from meshshard_train.commands.progress import progress_bar
+from meshshard_train.config import PUBLISHED_PROTOCOL
 from meshshard_train.loop import Progress
 
 BAR = told.Bar
 ROW = {"epoch": 0, "loss": 1.5, "learning_rate": 2e-3, "test_accuracy": 0.25, "test_voted_accuracy": 0.5}
-ROW |= {"score": 0.5, "seconds": 3.0, "waited": 0.01}
+ROW |= {
+    "score": 0.5,
+    "judged_by": "test_voted_accuracy",
+    "protocol": PUBLISHED_PROTOCOL,
+    "seconds": 3.0,
+    "waited": 0.01,
+}
 JUDGED = "test accuracy, voted 50.00 % (published protocol: epoch chosen on TEST)"
 
 

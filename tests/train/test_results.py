@@ -135,6 +135,7 @@ def test_forty_classes_with_long_names_fit_too(task, capsys, tmp_path):
     results = {"dataset": "x", "recipe": "paper", "seed": 0, "epoch": 1, "voting_rounds": 1, "rounds_set": False}
     rows = {"test": row | {f"voted_{name}": value for name, value in row.items()}}
     results |= {"task": task, "protocol": "p", "classes": classes, "rows": rows}
+    results |= {"config": {"votes_itself": True}, "trained_on": {"test": 0}}
     print_results(results | {"per_class": {"test": dict.fromkeys(kinds, of)}})
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
@@ -202,6 +203,14 @@ def test_classes_that_no_training_mesh_has_are_told(tmp_path, capsys):
     assert results["voting_rounds"] == 0
     with pytest.raises(UsageError, match="--rounds is for segmentation and vertex_segmentation"):
         called("evaluate", tmp_path / "run", "--rounds", 1)
+
+
+def test_figures_of_meshes_that_were_trained_on_say_so(finished):
+    of_train, of_test = called("evaluate", finished["run"], "--split", "train"), called("evaluate", finished["run"])
+    assert "8 of the meshes of train were trained on" in " ".join(of_train.split())
+    assert "were trained on" not in of_test
+    of_val = " ".join(called("evaluate", finished["run"], "--split", "val").split())
+    assert ("of the meshes of val were trained on" in of_val) == (finished["config"] is OFFICIAL)
 
 
 def test_every_key_and_figure_is_documented(finished):

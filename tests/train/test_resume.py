@@ -98,7 +98,7 @@ def test_best_that_does_not_belong_to_last_is_told_with_both_epochs(world, tmp_p
     state = last.state | {"step": 1}
     checkpoint.save(run / "last.safetensors", replace(last, config=longer, state=state))
     with pytest.raises(
-        UsageError, match=r"best.safetensors is of epoch 0, and the best .* is 1; go on from the one before: mv "
+        UsageError, match=r"best.safetensors is of epoch 0, and the best .* is 1; take the one before: mv "
     ):
         train_here(world / "data", run, longer)
 

@@ -13,7 +13,15 @@ from meshshard_train.commands import runs
 from meshshard_train.commands.train import train
 from meshshard_train.seeds import table_rows, write_seeds
 
-NAMES = {"dataset": "toy", "task": "segmentation", "recipe": "paper", "feature_recipe": "paper", "protocol": "honest"}
+NAMES = {
+    "dataset": "toy",
+    "task": "segmentation",
+    "recipe": "paper",
+    "feature_recipe": "paper",
+    "protocol": "honest",
+    "epoch": 4,
+    "voting_rounds": 2,
+}
 
 
 def result(seed, accuracy):
@@ -31,9 +39,13 @@ def test_mean_and_deviation_are_those_of_a_sample(tmp_path, count):
     assert (found["mean"], found["deviation"]) == pytest.approx((values.mean(), values.std(ddof=1)))
     assert summary["runs"] == results
     assert json.loads((tmp_path / "seeds.json").read_text()) == summary
-    head, line = table_rows(summary)
+    head, epochs, rounds, line = table_rows(summary)
+    assert (epochs[1:], rounds[1:]) == (
+        ["epoch", "", "", *["4"] * count],
+        ["rounds of voting", "", "", *["2"] * count],
+    )
     assert head == ["split", "figure", "mean", "deviation", *(f"seed {7 + number}" for number in range(count))]
-    assert line[:3] == ["test", "accuracy", f"{values.mean():.4f}"]
+    assert line[:3] == ["test", "accuracy", f"{100 * values.mean():.2f}"]
     assert "| test | accuracy |" in (tmp_path / "seeds.md").read_text()
 
 

@@ -158,7 +158,7 @@ def test_torchrun_tells_once_which_meshes_have_no_finite_loss(tmp_path):
     data = write_dataset(tmp_path / "data", samples, SPLITS)
     done = torchrun(data, tmp_path / "run")
     assert done.returncode != 0
-    message = "epoch 0: the loss is not finite on ['mesh005']; lower --learning-rate, or check these meshes with"
+    message = "epoch 0: the loss is not finite on ['mesh005']; lower --learning-rate in another --run, or check"
     assert " ".join(done.stderr.split()).count(message) == 1
     assert done.stderr.count("error:") == 1
     assert not list((tmp_path / "run").glob("*.safetensors"))

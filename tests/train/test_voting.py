@@ -2,8 +2,9 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from shapes import FAMILY
+from shapes import FAMILY, write_obj
 
+from meshshard_train.bench.peer import CLASSES, vote_around_vertices
 from meshshard_train.voting import neighbours, vote
 
 
@@ -82,3 +83,20 @@ def test_degenerate_and_lone_faces_and_vertices():
     assert vote(np.array([2, 1, 3, 4, 5, 1, 1, 0]), near, 2).tolist() == [1, 1, 3, 4, 5, 1, 1, 1]
     nothing = neighbours(np.zeros((0, 3), dtype=int), 0, "segmentation")
     assert vote(np.zeros(0, dtype=int), nothing, 2).tolist() == []
+
+
+@pytest.mark.parametrize("name", FAMILY)
+def test_without_a_vote_of_its_own_it_is_the_published_vote(tmp_path, name):
+    """Of a face that has neighbours; one that has none keeps its class."""
+    vertices, faces = FAMILY[name]
+    write_obj(tmp_path / "a.obj", vertices, faces)
+    labels = np.random.default_rng(1).integers(0, len(CLASSES), len(faces))
+    near = neighbours(faces, len(vertices), "segmentation", itself=False)
+    lonely = np.array([len(voters) == 1 for voters in together(faces, len(vertices), "segmentation")])
+    expected = np.where(lonely, labels, vote_around_vertices(tmp_path / "a.obj", labels))
+    np.testing.assert_array_equal(vote(labels, near, 1), expected)
+
+
+def test_a_lonely_face_without_a_vote_keeps_its_class():
+    near = neighbours(np.array([[0, 1, 2], [3, 4, 5], [5, 6, 7]]), 8, "segmentation", itself=False)
+    assert vote(np.array([2, 1, 3]), near, 1).tolist() == [2, 3, 1]

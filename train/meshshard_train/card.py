@@ -87,6 +87,7 @@ def card_text(best: Checkpoint, dataset: Dataset, results: dict[str, Any], sha25
                     "epoch that is kept": results["epoch"],
                     "rounds of voting": results.get("voting_rounds", "none"),
                     "hours": f"{results['seconds'] / 3600:.2f}",
+                    "computed in": ", ".join(results["computed_in"]) + ", compiled" * results["compiled"],
                     "finished on": machine,
                     "torch": torch.__version__,
                     "meshshard": __version__,

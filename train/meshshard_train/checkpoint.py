@@ -153,9 +153,14 @@ def load(path: Path) -> Checkpoint:
             raise UsageError("its content does not have the sha256 that it says: it is damaged")
         return _parsed(file)
     except UsageError as error:
-        raise UsageError(f"{path} is no checkpoint that can be used: {error}") from error
+        raise UsageError(f"{path} is no checkpoint that can be used: {error}{older(path)}") from error
     except (safetensors.SafetensorError, ValueError, KeyError, TypeError, RecursionError, OverflowError) as error:
-        raise UsageError(f"{path} is no checkpoint that can be used: {error!r}") from error
+        raise UsageError(f"{path} is no checkpoint that can be used: {error!r}{older(path)}") from error
+
+
+def older(path: Path) -> str:
+    """What to type where a checkpoint cannot be used, and the one before is there; else nothing."""
+    return f"; take the one before: mv {previous(path)} {path}" if previous(path).exists() else ""
 
 
 def _parsed(file: bytes) -> Checkpoint:

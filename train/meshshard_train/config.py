@@ -1,6 +1,7 @@
 """A training run as data: one frozen table of settings. Recipes, which make them: recipes.py."""
 
 import json
+import math
 from dataclasses import asdict, dataclass, fields
 
 from meshshard.errors import UsageError
@@ -43,7 +44,8 @@ class TrainConfig:
     many, 0 for no such limit. `schedule`: after the warm-up, cosine to 0 or constant. `clip_norm`: longest gradient,
     0 for no limit. `ema`: decay of the moving average of the weights that is evaluated and kept, 0 for none.
     Choice. `selection`: the split that chooses the epoch; "test" is the published protocol, and is named wherever its
-    figures are shown. `voting_rounds`: fixed, or -1: chosen on validation. `patience`: epochs without a better one
+    figures are shown. `voting_rounds`: fixed, or -1: chosen on validation; `votes_itself`: a
+    face's own class is one of the votes, which the published code leaves out. `patience`: epochs without a better one
     after which a run ends, 0 for never.
     `precision`: "bf16", "fp32", or "auto": bf16 where the processor computes in it.
     """
@@ -72,15 +74,17 @@ class TrainConfig:
     train_fraction: float = 1.0
     selection: str = "validation"
     voting_rounds: int = -1
+    votes_itself: bool = True
     patience: int = 0
     precision: str = "auto"
     seed: int = 0
 
     def __post_init__(self) -> None:
         known = bool(self.features) and all(name in FEATURES for name in self.features)
+        known = known and len(set(self.features)) == len(self.features)
         rules = {
             "task": (self.task in TASKS, f"one of {', '.join(TASKS)}"),
-            "features": (known, f"some of {', '.join(FEATURES)}"),
+            "features": (known, f"some of {', '.join(FEATURES)}, each once"),
             "scaling": (self.scaling in SCALINGS, f"one of {', '.join(SCALINGS)}"),
             "normalisation": (self.normalisation in NORMALISATIONS, f"one of {', '.join(NORMALISATIONS)}"),
             "backbone": (self.backbone in BACKBONES, f"one of {', '.join(BACKBONES)}"),
@@ -104,11 +108,12 @@ class TrainConfig:
             "voting_rounds": (self.voting_rounds >= -1, "0 or more, or -1: chosen on validation"),
             "patience": (self.patience >= 0, "0 or more"),
             "precision": (self.precision in PRECISIONS, f"one of {', '.join(PRECISIONS)}"),
-            "seed": (self.seed >= 0, "0 or more"),
+            "seed": (0 <= self.seed < 2**63, "0 or more, and below 2^63"),
         }
         for name, (holds, allowed) in rules.items():
-            if not holds:
-                raise UsageError(f"training setting {name} is {allowed}, not {getattr(self, name)!r}")
+            value = getattr(self, name)
+            if not holds or (isinstance(value, float) and not math.isfinite(value)):
+                raise UsageError(f"training setting {name} is {allowed}, not {value!r}")
         if self.selection == "test" and self.voting_rounds < 0 and self.task in VOTED:
             raise UsageError("training setting selection = test needs voting_rounds: nothing else chooses them")
 

@@ -58,7 +58,7 @@ def evaluate(
         adjacency = sample.face_adjacency if task == "segmentation" else None
         raw.add(truth, labels, areas, adjacency)
         if voted:
-            near, done = neighbours(sample.faces, len(sample.vertices), task), 0
+            near, done = neighbours(sample.faces, len(sample.vertices), task, meshes.config.votes_itself), 0
             for count in sorted(voted):
                 labels, done = vote(labels, near, count - done), count
                 voted[count].add(truth, labels, areas, adjacency)

@@ -36,6 +36,8 @@ class Events:
 
     def _write(self, writer: SummaryWriter, rows: Sequence[dict[str, Any]]) -> None:
         ended = time.time() - sum(row["seconds"] for row in rows)
+        if rows and not self.written:
+            writer.add_text("protocol", rows[0]["protocol"])
         for row in rows:
             ended += row["seconds"]
             values = {name: row[name] for name in OF_TRAINING}

@@ -4,6 +4,7 @@ import os
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
@@ -12,12 +13,14 @@ import numpy as np
 import torch
 
 from meshshard import Dataset, UsageError
+from meshshard.files import sha256_of_file
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import VOTED
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.predict import predictions
 from meshshard_train.prediction_files import Outputs, write_mesh
 from meshshard_train.results import RESULTS, rounds_of
+from meshshard_train.state import BEST
 from meshshard_train.voting import neighbours, vote
 
 MESHES_A_PROCESS = 8
@@ -31,8 +34,13 @@ def known_rounds(best: Checkpoint, run: Path) -> int | None:
     """Rounds of voting that a run was told to take, or chose on validation, which stands in its folder; 0 where whole
     meshes are classified; None where nothing is known of them."""
     config = best.config
-    told = config.voting_rounds >= 0 or config.task not in VOTED or (run / RESULTS).exists()
-    return rounds_of(run, config) if told else None
+    file, folder = (run, run.parent) if run.is_file() else (run / BEST, run)
+    told = config.voting_rounds >= 0 or config.task not in VOTED or _results_are_of(file, folder / RESULTS)
+    return rounds_of(folder, config) if told else None
+
+
+def _results_are_of(file: Path, results: Path) -> bool:
+    return results.exists() and sha256_of_file(file) in results.read_text()
 
 
 def outputs_of(best: Checkpoint, rounds: int, *, pictures: bool) -> Outputs:
@@ -84,7 +92,8 @@ def _calls(
     for number, labels, probabilities in predictions(network, meshes, range(len(dataset))):
         sample = dataset[number]
         if outputs.rounds:
-            labels = vote(labels, neighbours(sample.faces, len(sample.vertices), outputs.task), outputs.rounds)
+            near = neighbours(sample.faces, len(sample.vertices), outputs.task, best.config.votes_itself)
+            labels = vote(labels, near, outputs.rounds)
         if outputs.task == "vertex_segmentation":
             labels = np.where(sample.used_vertices, labels, -1)
         yield outputs, sample, labels, probabilities, *places[sample.source]
@@ -95,11 +104,16 @@ def _written(calls: Iterable[Call], processes: int) -> Iterator[dict[str, Any]]:
     if processes < 2:
         yield from (write_mesh(*call) for call in calls)
         return
-    with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
-        waiting: deque[Future[dict[str, Any]]] = deque()
-        for call in calls:
-            waiting.append(pool.submit(write_mesh, *call))
-            if len(waiting) > 4 * processes:
+    try:
+        with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
+            waiting: deque[Future[dict[str, Any]]] = deque()
+            for call in calls:
+                waiting.append(pool.submit(write_mesh, *call))
+                if len(waiting) > 4 * processes:
+                    yield waiting.popleft().result()
+            while waiting:
                 yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
+    except BrokenProcessPool as error:
+        raise UsageError(
+            "a process that draws was killed, for want of memory perhaps: try --jobs 1, or --no-pictures"
+        ) from error

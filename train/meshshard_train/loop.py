@@ -14,21 +14,19 @@ from torch import Tensor
 from meshshard import Dataset, UsageError
 from meshshard_train import checkpoint
 from meshshard_train.compiling import compiled
-from meshshard_train.config import TrainConfig
+from meshshard_train.config import VOTED, TrainConfig
 from meshshard_train.data import Batch, steps_of
-from meshshard_train.device import autocast
+from meshshard_train.device import autocast, uses_bfloat16
 from meshshard_train.evaluate import evaluate
 from meshshard_train.loading import Loading, Meshes, Timed
 from meshshard_train.loss import logits_of, mesh_losses
 from meshshard_train.matching import evaluate_matching
-from meshshard_train.members import split_of, training_numbers
+from meshshard_train.members import JUDGES, judging_numbers, training_numbers
 from meshshard_train.schedule import is_over, learning_rate
-from meshshard_train.state import LAST, State, publish_epoch, resume, save, started
+from meshshard_train.state import LAST, State, publish_config, publish_epoch, resume, save, started
 from meshshard_train.tasks import check_task
 from meshshard_train.team import Team
 
-JUDGES = {"validation": "val", "test": "test"}
-"""Configuration's `selection` -> the split that chooses the epoch."""
 SAVE_SECONDS = 300.0
 """Between two checkpoints within an epoch."""
 
@@ -65,7 +63,7 @@ def train(
     """
     check_task(dataset, config)
     team.check(config)
-    numbers, judges = training_numbers(dataset, config), split_of(dataset, JUDGES[config.selection])
+    numbers, judges = training_numbers(dataset, config), judging_numbers(dataset, config)
     meshes = Meshes(dataset, config, device, loading)
     torch.manual_seed(config.seed)
     if device.type == "cpu":
@@ -77,9 +75,11 @@ def train(
     resume(run, state, dataset, config)
     if compiling:
         state.forward = compiled(state.network, config, device)
+    precision = "bf16" if uses_bfloat16(config.precision, device) else "fp32"
     data = f"{dataset.index.content_sha256} {dataset.index.splits_sha256}"
-    team.check_same(f"data {data}, {config.to_json()}, epoch {state.epoch}, step {state.step}")
+    team.check_same(f"data {data}, {config.to_json()}, {precision}, epoch {state.epoch}, step {state.step}")
     if team.leads:
+        publish_config(run, config)
         publish_epoch(run, state, dataset, config)
     rate = learning_rate(config, state.epoch + state.seen / len(numbers))
     report(_progress(state, rate))
@@ -101,6 +101,7 @@ def train(
 
         row: dict[str, Any] = {"epoch": state.epoch, "loss": state.loss / state.seen, "learning_rate": rate}
         row |= _judge(state, meshes, judges, team)
+        row |= {"computed_in": precision, "compiled": compiling}
         row |= {"seconds": round(time.perf_counter() - start, 3), "waited": round(state.waited / state.seconds, 5)}
         state.end_epoch(row)
         if team.leads:
@@ -140,7 +141,7 @@ def _step(
         names = sorted({meshes.dataset.ids[number] for numbers in bad or [tuple(members)] for number in numbers})
         raise UsageError(
             f"epoch {state.epoch}: the {'loss' if bad else 'gradient of the loss'} is not finite on {names}; "
-            "lower --learning-rate, or check these meshes with meshshard verify --full"
+            "lower --learning-rate in another --run, or check these meshes with meshshard verify --full"
         )
     state.optimizer.step()
     state.follow(config.ema)
@@ -155,17 +156,19 @@ def _gradients(network: torch.nn.Module) -> list[Tensor]:
     return [parameter.grad for parameter in network.parameters() if parameter.grad is not None]
 
 
-def _judge(state: State, meshes: Meshes, numbers: Sequence[int], team: Team) -> dict[str, float]:
-    """Figures of an epoch on the split that chooses; `score` is what the best epoch has most of."""
+def _judge(state: State, meshes: Meshes, numbers: Sequence[int], team: Team) -> dict[str, Any]:
+    """Figures of an epoch on the split that chooses; `score`, of which the best epoch has most, is `judged_by`."""
     config = meshes.config
     network = copy.deepcopy(state.network)
     network.load_state_dict(state.weights())
+    split = JUDGES[config.selection]
     if config.task == "correspondence":
-        error = evaluate_matching(network, meshes, numbers, team).mean()
-        return {f"{JUDGES[config.selection]}_geodesic_error": error, "score": -error}
-    rounds = [config.voting_rounds] if config.selection == "test" and config.task != "classification" else []
-    found, split = evaluate(network, meshes, numbers, rounds, team), JUDGES[config.selection]
-    row = {f"{split}_accuracy": found.raw.accuracy(), f"{split}_mean_iou": found.raw.summary()["mean_iou"]}
+        by, error = f"{split}_geodesic_error", evaluate_matching(network, meshes, numbers, team).mean()
+        return {by: error, "score": -error, "judged_by": by, "protocol": config.protocol}
+    rounds = [config.voting_rounds] if config.selection == "test" and config.task in VOTED else []
+    found, by = evaluate(network, meshes, numbers, rounds, team), f"{split}_accuracy"
+    row = {by: found.raw.accuracy(), f"{split}_mean_iou": found.raw.summary()["mean_iou"]}
     if rounds:
-        row[f"{split}_voted_accuracy"] = found.voted[config.voting_rounds].accuracy()
-    return row | {"score": list(row.values())[-1] if rounds else row[f"{split}_accuracy"]}
+        by = f"{split}_voted_accuracy"
+        row[by] = found.voted[config.voting_rounds].accuracy()
+    return row | {"score": row[by], "judged_by": by, "protocol": config.protocol}

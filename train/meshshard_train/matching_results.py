@@ -10,14 +10,17 @@ import torch
 from matplotlib.figure import Figure
 
 from meshshard import Dataset
-from meshshard.files import publish
+from meshshard.files import publish, sha256_of_file
 from meshshard.palette import class_colour
 from meshshard.plain import to_json
 from meshshard_train.card import write_card
 from meshshard_train.checkpoint import Checkpoint
+from meshshard_train.facts import facts_of, of_history, said_of_training
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.matching import THRESHOLDS, evaluate_matching, evaluate_true_maps
 from meshshard_train.members import split_of
+from meshshard_train.state import BEST
+from meshshard_train.tables import markdown_table
 
 HEAD = ("split", "mean error", "of true maps", "to 0.05, %", "to 0.10, %", "to 0.25, %")
 
@@ -33,7 +36,7 @@ def write_matching_results(
     """Evaluate the best epoch on validation, then once on test; write results and picture, and name the picture."""
     splits = ["val"] * (best.config.selection == "validation") + ["test"] * bool(dataset.splits.get("test"))
     results = matching_results(best, dataset, splits, device, loading)
-    results |= {"epochs": len(history), "seconds": round(sum(row["seconds"] for row in history), 1)}
+    results |= {**of_history(history), "checkpoint_sha256": sha256_of_file(run / BEST)}
     publish(run / "results.json", to_json(results).encode() + b"\n")
     publish(run / "results.md", _markdown(results).encode())
     write_card(run, best, dataset, results, device)
@@ -57,16 +60,9 @@ def matching_results(
             "points": errors.count,
             "shares": errors.curve(),
         }
-    return {
-        "dataset": dataset.name,
-        "task": best.config.task,
-        "recipe": best.config.recipe,
-        "feature_recipe": best.recipe.name,
+    return facts_of(best, dataset, splits) | {
         "protocol": best.config.protocol,
-        "epoch": best.state["epoch"],
         "eigenfunctions": best.config.eigenfunctions,
-        "seed": best.config.seed,
-        "splits_sha256": dataset.index.splits_sha256,
         "thresholds": THRESHOLDS.tolist(),
         "rows": rows,
     }
@@ -89,13 +85,12 @@ def matching_table(results: dict[str, Any]) -> list[list[str]]:
 def about(results: dict[str, Any]) -> str:
     """What the figures are of, and how the epoch was chosen."""
     run = f"{results['dataset']}, recipe {results['recipe']}, seed {results['seed']}, epoch {results['epoch']}"
-    return f"{run}; {results['protocol']}. Geodesic errors in hundredths of the square root of the area"
+    how = f"{results['protocol']}{said_of_training(results)}"
+    return f"{run}; {how}. Geodesic errors in hundredths of the square root of the area"
 
 
 def _markdown(results: dict[str, Any]) -> str:
-    head, *rows = matching_table(results)
-    lines = [head, ["---"] * len(head), *rows]
-    return f"{about(results)}; points in per cent.\n\n" + "".join(f"| {' | '.join(line)} |\n" for line in lines)
+    return f"{about(results)}; points in per cent.\n\n{markdown_table(matching_table(results))}\n"
 
 
 def _draw(path: Path, results: dict[str, Any], history: Sequence[dict[str, Any]]) -> None:

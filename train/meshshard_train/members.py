@@ -27,6 +27,22 @@ def training_numbers(dataset: Dataset, config: TrainConfig) -> Sequence[int]:
     return sorted(named[name] for name in few_shot(members, config.train_fraction, config.seed))
 
 
+JUDGES = {"validation": "val", "test": "test"}
+"""Configuration's `selection` -> the split that chooses the epoch."""
+
+
+def judging_numbers(dataset: Dataset, config: TrainConfig) -> Sequence[int]:
+    """The split that chooses the epoch. UsageError: it is empty, or nothing in it has a label."""
+    name = JUDGES[config.selection]
+    numbers = split_of(dataset, name)
+    if config.task != "correspondence" and not any((labels_of(dataset[n], config.task) >= 0).any() for n in numbers):
+        raise UsageError(
+            f"{dataset.folder}: nothing in the split {name!r} has a label, and it chooses the epoch; label some of "
+            "its meshes, or choose others (docs/datasets.md)"
+        )
+    return numbers
+
+
 def split_of(dataset: Dataset, name: str) -> Sequence[int]:
     """The meshes of a split. UsageError: there are none."""
     numbers = dataset.splits.get(name, ())

@@ -120,13 +120,11 @@ def edge_accuracy(
 
 
 def judged(row: Mapping[str, Any]) -> tuple[str, float]:
-    """What a line of metrics.jsonl is judged by: its name in words, with split and protocol, and its value. It is the
-    voted figure of the split, or else the first."""
-    names = [key for key in row if key.startswith(("val_", "test_"))]
-    name = next((key for key in names if "_voted_" in key), names[0])
-    split, figure = name.replace("_voted", "").split("_", 1)
-    kind = (", voted" if "_voted_" in name else ", raw") * (figure == "accuracy")
-    return f"{split} {figure.replace('_', ' ')}{kind}" + f" ({PUBLISHED_PROTOCOL})" * (split == "test"), row[name]
+    """What a line of metrics.jsonl is judged by: its name in words, with split and protocol, and its value."""
+    split, figure = row["judged_by"].replace("_voted", "").split("_", 1)
+    kind = (", voted" if "_voted_" in row["judged_by"] else ", raw") * (figure == "accuracy")
+    protocol = f" ({PUBLISHED_PROTOCOL})" * (row["protocol"] == PUBLISHED_PROTOCOL)
+    return f"{split} {figure.replace('_', ' ')}{kind}{protocol}", row[row["judged_by"]]
 
 
 def _overlaps(hit: np.ndarray, true: np.ndarray, predicted: np.ndarray) -> dict[str, np.ndarray]:

@@ -17,6 +17,7 @@ from meshshard_train.card import write_card
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import VOTED, TrainConfig
 from meshshard_train.evaluate import VOTING_ROUNDS, Evaluation, evaluate
+from meshshard_train.facts import facts_of, of_history
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.matching_results import write_matching_results
 from meshshard_train.members import classes_without, training_numbers
@@ -51,8 +52,7 @@ def write_results(
     if dataset.splits.get("test"):
         found["test"] = evaluate(network, meshes, dataset.splits["test"], [rounds])
     results = results_of(best, dataset, found, rounds) | {
-        "epochs": len(history),
-        "seconds": round(sum(row["seconds"] for row in history), 1),
+        **of_history(history),
         "classes_not_trained": classes_without(dataset, training_numbers(dataset, best.config), best.config.task),
         "checkpoint_sha256": sha256_of_file(run / BEST),
     }
@@ -68,19 +68,10 @@ def results_of(
     """The figures of some splits, and all that they depend on. `rounds_set`: the rounds of voting are not the run's
     own."""
     how = replace(best.config, voting_rounds=rounds) if rounds_set else best.config
-    return {
-        "dataset": dataset.name,
-        "task": best.config.task,
-        "recipe": best.config.recipe,
-        "feature_recipe": best.recipe.name,
+    return facts_of(best, dataset, list(found)) | {
         "protocol": how.protocol,
-        "epoch": best.state["epoch"],
         "voting_rounds": rounds,
         "rounds_set": rounds_set,
-        "seed": best.config.seed,
-        "config": json.loads(best.config.to_json()),
-        "splits_sha256": dataset.index.splits_sha256,
-        "content_sha256": dataset.index.content_sha256,
         "classes": list(dataset.classes),
         "rows": {split: evaluation.row(rounds) for split, evaluation in found.items()},
         "per_class": {
@@ -137,11 +128,12 @@ def _draw_split(network: TaskDrivenNet, meshes: Meshes, split: str, path: Path) 
     for number, labels, _ in predictions(network, meshes, shown):
         sample = dataset[number]
         truth = labels_of(sample, meshes.config.task)
-        right = (labels == truth)[truth >= 0].mean()
+        right = (labels == truth)[truth >= 0]
+        said = f"predicted, {100 * right.mean():.1f} % right" if len(right) else "predicted"
         name = sample.id.split("/")[-1]
         for row, values, title in (
             (0, truth, name[:24]),
-            (1, labels, f"predicted, {100 * right:.1f} % right"),
+            (1, labels, said),
         ):
             drawn = of_corners(values, sample, meshes.config.task)
             tiles[row].append(Tile(title=title, vertices=sample.vertices, faces=sample.faces, labels=drawn))

@@ -31,5 +31,4 @@ def is_over(config: TrainConfig, history: Sequence[dict[str, Any]]) -> bool:
 
 def figures(row: dict[str, Any]) -> dict[str, float]:
     """What an epoch's row says of the split that chooses, by names as val_accuracy."""
-    about = ("epoch", "loss", "learning_rate", "score", "seconds", "waited")
-    return {name: value for name, value in row.items() if name not in about}
+    return {name: value for name, value in row.items() if name.startswith(("val_", "test_"))}

@@ -7,6 +7,8 @@ from typing import Any
 
 from meshshard.files import publish
 from meshshard.plain import to_json
+from meshshard_train.config import VOTED
+from meshshard_train.tables import markdown_table, per_cent
 
 SEEDS = "seeds.json"
 
@@ -37,18 +39,32 @@ def write_seeds(run: Path, results: Sequence[dict[str, Any]]) -> dict[str, Any]:
 def _figures(rows: Sequence[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     found = {}
     for name, value in rows[0].items():
-        if isinstance(value, int | float):
+        if isinstance(value, float):
             values = [row[name] for row in rows]
             deviation = stdev(values) if len(values) > 1 else float("nan")
             found[name] = {"mean": fmean(values), "deviation": deviation, "values": values}
     return found
 
 
+def about(summary: dict[str, Any]) -> str:
+    """What the figures are of."""
+    seeds = len(summary["seeds"])
+    return (
+        f"{summary['dataset']}, recipe {summary['recipe']}, {seeds} seed{'s' * (seeds != 1)}; {summary['protocol']}. "
+        "Per cent; geodesic errors in hundredths of the square root of the area"
+    )
+
+
 def table_rows(summary: dict[str, Any]) -> list[list[str]]:
-    """Head and rows of the table: of each split and figure the mean, the deviation, and every run."""
+    """Head and rows of the table: epoch and rounds of voting of every run; of each split and figure the mean, the
+    deviation, and every run."""
+    runs = summary["runs"]
     head = ["split", "figure", "mean", "deviation", *(f"seed {seed}" for seed in summary["seeds"])]
-    rows = [
-        [split, name.replace("_", " "), *(f"{value:.4f}" for value in (of["mean"], of["deviation"], *of["values"]))]
+    rows = [["", "epoch", "", "", *(str(run["epoch"]) for run in runs)]]
+    if summary["task"] in VOTED:
+        rows.append(["", "rounds of voting", "", "", *(str(run["voting_rounds"]) for run in runs)])
+    rows += [
+        [split, name.replace("_", " "), *map(per_cent, (of["mean"], of["deviation"], *of["values"]))]
         for split, figures in summary["figures"].items()
         for name, of in figures.items()
     ]
@@ -56,6 +72,4 @@ def table_rows(summary: dict[str, Any]) -> list[list[str]]:
 
 
 def _markdown(summary: dict[str, Any]) -> str:
-    head, *rows = table_rows(summary)
-    about = f"{summary['dataset']}, recipe {summary['recipe']}, {len(summary['seeds'])} seeds; {summary['protocol']}."
-    return about + "\n\n" + "".join(f"| {' | '.join(line)} |\n" for line in [head, ["---"] * len(head), *rows])
+    return f"{about(summary)}.\n\n{markdown_table(table_rows(summary))}\n"

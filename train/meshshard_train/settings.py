@@ -52,20 +52,25 @@ def _value(name: str, value: Any, place: str) -> Any:
         raise UsageError(f"{where}no training setting is called {name!r}; there are {', '.join(types)}")
     kind = types[name]
     if name == "features":
-        return tuple(value.split(",") if isinstance(value, str) else value)
+        names = value.split(",") if isinstance(value, str) else value
+        if not isinstance(names, list | tuple) or not all(isinstance(one, str) for one in names):
+            raise UsageError(f'{where}features is a list of texts, as ["vertices", "hks"], not {value!r}')
+        return tuple(one.strip() for one in names)
     if name == "rotation_axes" and value == "none":
         return ""
     assert isinstance(kind, type)
     if isinstance(value, str) and kind is not str:
         try:
+            if kind is bool:
+                return {"true": True, "false": False}[value.lower()]
             return float(Fraction(value)) if kind is float else kind(value)
-        except (ValueError, ZeroDivisionError):
-            raise UsageError(f"{where}{name} is a {WORDS[kind]}, not {value!r}") from None
+        except (KeyError, ValueError, ZeroDivisionError, OverflowError):
+            raise UsageError(f"{where}{name} is {WORDS[kind]}, not {value!r}") from None
     if kind is float and type(value) is int:
         return float(value)
     if type(value) is not kind:
-        raise UsageError(f"{where}{name} is a {WORDS[kind]}, not {value!r}")
+        raise UsageError(f"{where}{name} is {WORDS[kind]}, not {value!r}")
     return value
 
 
-WORDS = {int: "whole number", float: "number", str: "text"}
+WORDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}

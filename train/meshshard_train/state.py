@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +11,14 @@ from torch import Tensor
 
 from meshshard import Dataset, UsageError
 from meshshard.files import publish
+from meshshard.plain import to_json
 from meshshard_train import checkpoint
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import TrainConfig
 from meshshard_train.model import TaskDrivenNet
 from meshshard_train.schedule import best_epoch
 
-LAST, BEST, METRICS = "last.safetensors", "best.safetensors", "metrics.jsonl"
+LAST, BEST, METRICS, CONFIG = "last.safetensors", "best.safetensors", "metrics.jsonl", "config.json"
 
 
 @dataclass(kw_only=True)
@@ -103,6 +104,12 @@ def save(path: Path, state: State, dataset: Dataset, config: TrainConfig) -> Non
     checkpoint.save(path, replace(whole, tensors=tensors, state=whole.state | place))
 
 
+def publish_config(run: Path, config: TrainConfig) -> None:
+    """Publish config.json, all settings of a run, where it is not there."""
+    if not (run / CONFIG).exists():
+        publish(run / CONFIG, to_json(asdict(config)).encode() + b"\n")
+
+
 def publish_epoch(run: Path, state: State, dataset: Dataset, config: TrainConfig) -> None:
     """Publish what follows from a state that is saved as last: best.safetensors, where the epoch that just ended is
     the best, and metrics.jsonl. After a kill between the files, it is done again."""
@@ -145,7 +152,7 @@ def resume(run: Path, state: State, dataset: Dataset, config: TrainConfig) -> No
         found = _loaded(run / BEST).state["epoch"]
         if found != best:
             wrong = f"{run / BEST} is of epoch {found}, and the best of the epochs in {path} is {best}"
-            raise UsageError(f"{wrong}; {_advice(run / BEST)}")
+            raise UsageError(f"{wrong}{checkpoint.older(run / BEST)}; {_advice(run / BEST)}")
 
 
 def _loaded(path: Path) -> Checkpoint:
@@ -156,9 +163,7 @@ def _loaded(path: Path) -> Checkpoint:
 
 
 def _advice(path: Path) -> str:
-    older = checkpoint.previous(path)
-    back = f"go on from the one before: mv {older} {path}; or " if older.exists() else ""
-    return f"{back}delete {path.parent} to start anew, or choose another --run"
+    return f"delete {path.parent} to start anew, or choose another --run"
 
 
 def _named(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:

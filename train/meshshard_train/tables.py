@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from meshshard_train.facts import said_of_training
 from meshshard_train.metrics import CLASS_FIGURES, FIGURES
 
 Rows = list[list[str]]
@@ -29,8 +30,9 @@ def about(results: dict[str, Any]) -> str:
     if "voted" in _kinds(results):
         count = results["voting_rounds"]
         voting = f", {count} round{'s' * (count != 1)} of voting{' (set by --rounds)' * results['rounds_set']}"
+        voting += " among neighbours only" * (not results["config"]["votes_itself"])
     run = f"{results['dataset']}, recipe {results['recipe']}, seed {results['seed']}"
-    return f"{run}: epoch {results['epoch']}{voting}; {results['protocol']}"
+    return f"{run}: epoch {results['epoch']}{voting}; {results['protocol']}{said_of_training(results)}"
 
 
 def main_table(results: dict[str, Any]) -> Rows:
@@ -58,11 +60,11 @@ def class_table(results: dict[str, Any], split: str, figures: tuple[str, ...] = 
 
 def markdown(results: dict[str, Any]) -> str:
     """results.md."""
-    parts = [f"{about(results)}. Per cent.", _markdown_table(main_table(results))]
+    parts = [f"{about(results)}. Per cent.", markdown_table(main_table(results))]
     if missing := results["classes_not_trained"]:
         parts.append(not_trained(missing))
     for split in results["rows"]:
-        parts += [f"## {split}", f"{results['protocol']}.", _markdown_table(class_table(results, split))]
+        parts += [f"## {split}", f"{results['protocol']}.", markdown_table(class_table(results, split))]
         parts.append(f"![Confusion matrix of {split}, {results['protocol']}](confusion-{split}.png)")
     return "\n\n".join(parts) + "\n"
 
@@ -81,7 +83,8 @@ def _kinds(results: dict[str, Any]) -> list[str]:
     return list(next(iter(results["per_class"].values())))
 
 
-def _markdown_table(rows: Rows) -> str:
+def markdown_table(rows: Rows) -> str:
+    """A head and rows as Markdown."""
     head, *rest = rows
     lines = [head, ["---", *["---:"] * (len(head) - 1)], *rest]
     return "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |" for line in lines)

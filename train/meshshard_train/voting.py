@@ -7,8 +7,8 @@ from jaxtyping import Int
 
 
 def vote(labels: Int[np.ndarray, " n"], near: sp.csr_array, rounds: int) -> Int[np.ndarray, " n"]:
-    """Labels after some rounds: all vote at once, each counts itself once and every neighbour once. Ties to the
-    lowest class. `near`: (n,n), 1 for a neighbour and on the diagonal."""
+    """Labels after some rounds: all vote at once. Ties to the lowest class. `near`: (n,n), symmetric, 1 for each
+    whose class is a vote."""
     if len(labels) == 0:
         return labels
     one_hot = np.eye(int(labels.max()) + 1, dtype=np.float32)
@@ -24,8 +24,9 @@ def vote(labels: Int[np.ndarray, " n"], near: sp.csr_array, rounds: int) -> Int[
     return labels
 
 
-def neighbours(faces: Int[np.ndarray, "F 3"], vertices: int, task: str) -> sp.csr_array:
-    """Who votes with whom in a mesh of so many vertices: among faces, or, for vertex_segmentation, among vertices."""
+def neighbours(faces: Int[np.ndarray, "F 3"], vertices: int, task: str, itself: bool = True) -> sp.csr_array:
+    """Who votes with whom in a mesh of so many vertices: among faces, or, for vertex_segmentation, among vertices.
+    `itself`: each has a vote on itself; one without neighbours always has."""
     ones, starts = np.ones(faces.size, dtype=np.float32), np.arange(0, faces.size + 1, 3)
     corners = sp.csr_array((ones, faces.ravel(), starts), shape=(len(faces), vertices))
     if task == "vertex_segmentation":
@@ -33,4 +34,6 @@ def neighbours(faces: Int[np.ndarray, "F 3"], vertices: int, task: str) -> sp.cs
     else:
         near = sp.csr_array(corners @ corners.T)
     near.data[:] = 1
+    if not itself:
+        near.setdiag(np.diff(near.indptr) == 1)
     return near

@@ -39,7 +39,10 @@ def evaluate(
     dataset = open_dataset(locate(data or best.state["folder"]))
     check_task(dataset, best.config)
     if clashes := best.clashes(dataset) if data else best.other_data(dataset):
-        raise UsageError(f"{run} was trained on other data than {dataset.folder} holds: " + "; ".join(clashes))
+        raise UsageError(
+            f"{run} was trained on other data than {dataset.folder} holds: {'; '.join(clashes)}. Features may be "
+            "anywhere: --data FOLDER; a data set of the same classes and recipe is evaluated with --data too"
+        )
     if rounds is not None and best.config.task not in VOTED:
         raise UsageError(f"--rounds is for {' and '.join(VOTED)}, and {run} is a run for {best.config.task}")
     numbers = split_of(dataset, split)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
+import typer
 
 from meshshard import Dataset
 from meshshard.files import lock_folder
@@ -12,8 +13,9 @@ from meshshard_train.commands.progress import progress_bar
 from meshshard_train.config import TrainConfig
 from meshshard_train.loading import Loading
 from meshshard_train.loop import Progress, train
-from meshshard_train.members import training_numbers
+from meshshard_train.members import classes_without, training_numbers
 from meshshard_train.results import write_results
+from meshshard_train.tables import not_trained
 from meshshard_train.team import Team
 
 
@@ -34,7 +36,10 @@ def finished_run(
         return None
     with ExitStack() as stack:
         stack.enter_context(lock_folder(run))
-        told = [stack.enter_context(progress_bar(config.epochs, len(training_numbers(dataset, config))))]
+        numbers = training_numbers(dataset, config)
+        if missing := classes_without(dataset, numbers, config.task):
+            typer.echo(not_trained(missing), err=True)
+        told = [stack.enter_context(progress_bar(config.epochs, len(numbers)))]
         if tensorboard:
             from meshshard_train.events import Events
 

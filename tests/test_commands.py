@@ -300,7 +300,7 @@ def test_bad_options_of_training(world):
         (("--device", "tpu"), "--device is auto, cpu or cuda"),
         (
             ("--features", "colour"),
-            "dihedral_signed, dihedral_official, not ('colour',)",
+            "dihedral_signed, dihedral_official, each once, not ('colour',)",
         ),
     ):
         status, _, error = meshshard("train", "shards", *words, cwd=world)

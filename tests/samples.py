@@ -7,10 +7,10 @@ import numpy as np
 from shapes import bumpy
 
 from meshshard.files import publish, sha256_of
-from meshshard.index import Index, ShardEntry
+from meshshard.index import Index
 from meshshard.recipe import RECIPES
 from meshshard.sample import Sample
-from meshshard.writer import shard_image
+from meshshard.writer import entry_of, shard_image
 
 PAPER = RECIPES["paper"]
 
@@ -57,14 +57,7 @@ def write_dataset(
         some = samples[start:end]
         image = shard_image(some, recipe=recipe, algorithm_version=1, classes=classes)
         publish(folder / f"shard-{number}.h5", image)
-        entry = ShardEntry(
-            file=f"shard-{number}.h5",
-            bytes=len(image),
-            sha256=sha256_of(image),
-            vertex_counts=tuple(len(s.vertices) for s in some),
-            faces=sum(len(s.faces) for s in some),
-        )
-        entries.append(entry)
+        entries.append(entry_of(f"shard-{number}.h5", image, sha256_of(image), some))
     index = Index(
         dataset="toy",
         task=task,

@@ -10,7 +10,7 @@ from meshshard.index import INDEX_NAME, Index, ShardEntry
 from meshshard.recipe import Recipe
 from meshshard.sample import Sample
 from meshshard.schema import FIELDS
-from meshshard.writer import shard_image
+from meshshard.writer import entry_of, shard_image
 from meshshard_prep import staging
 from meshshard_prep.before import SHARDS, Before, shard_name
 from meshshard_prep.datasets.layout import RawDataset
@@ -162,13 +162,7 @@ def _write(out: Path, samples: list[Sample], recipe: Recipe, classes: tuple[str,
     path = out / shard_name(digest)
     if not (path.is_file() and path.read_bytes() == image):
         publish(path, image)
-    return ShardEntry(
-        file=path.name,
-        bytes=len(image),
-        sha256=digest,
-        vertex_counts=tuple(len(s.vertices) for s in samples),
-        faces=sum(len(s.faces) for s in samples),
-    )
+    return entry_of(path.name, image, digest, samples)
 
 
 def _optional(sample: Sample) -> list[bool]:

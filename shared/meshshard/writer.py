@@ -8,6 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from meshshard.index import ShardEntry
 from meshshard.recipe import Recipe
 from meshshard.sample import DIAGNOSTICS, Sample
 from meshshard.schema import FIELDS, FORMAT, FORMAT_VERSION, Field
@@ -40,6 +41,17 @@ def shard_image(
                 file.create_dataset(field.name, data=column, dtype=column.dtype, track_times=False)
         file.flush()
         return bytes(file.id.get_file_image())
+
+
+def entry_of(file: str, image: bytes, sha256: str, samples: Sequence[Sample]) -> ShardEntry:
+    """What the index says of a shard file: of this name, with this content and its hash, of these samples."""
+    return ShardEntry(
+        file=file,
+        bytes=len(image),
+        sha256=sha256,
+        vertex_counts=tuple(len(sample.vertices) for sample in samples),
+        faces=sum(len(sample.faces) for sample in samples),
+    )
 
 
 def _column(field: Field, samples: Sequence[Sample]) -> np.ndarray | None:

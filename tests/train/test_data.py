@@ -3,22 +3,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from packed import pack
 from samples import sample, toy_dataset, write_dataset
 from shapes import rotation
 
 from meshshard import UsageError, open_dataset
 from meshshard.recipe import RECIPES
-from meshshard_train.data import collate, epoch_order, packed, prepare, quarter_turn, steps_of
+from meshshard_train.data import epoch_order, packed, quarter_turn, steps_of
 from meshshard_train.inputs import input_size, inputs_of
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.recipes import paper
 from meshshard_train.tasks import check_task
 
 CONFIG = paper("segmentation")
-
-
-def pack(samples, numbers, config, epoch):
-    return collate([prepare(s, config) for s in samples], numbers, config, epoch)
 
 
 def test_inputs_have_the_announced_channels():

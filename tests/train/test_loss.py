@@ -3,16 +3,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from packed import pack
 from samples import sample
 
-from meshshard_train.data import collate, prepare
 from meshshard_train.loss import logits_of, mesh_losses
 from meshshard_train.model import TaskDrivenNet
 from meshshard_train.recipes import paper
-
-
-def pack(samples, numbers, config, epoch):
-    return collate([prepare(s, config) for s in samples], numbers, config, epoch)
 
 
 def gradients(network, batches, config):

@@ -39,9 +39,9 @@ def finished(request, folder, tmp_path_factory):
     """A run, its results, titles of its pictures, and what its progress says."""
     run, dataset, titles = tmp_path_factory.mktemp("run"), open_dataset(folder), {}
     with pytest.MonkeyPatch.context() as patch, progress_bar(2, 8) as tell:
-        save = pictures._save
+        save = pictures.save_figure
         patch.setattr(
-            pictures, "_save", lambda f, path: (titles.update({path.name: f.get_suptitle()}), save(f, path))
+            pictures, "save_figure", lambda f, path: (titles.update({path.name: f.get_suptitle()}), save(f, path))
         )
         lines = []
         patch.setattr("typer.echo", lambda line, **_: lines.append(line))

@@ -8,11 +8,10 @@ from collections.abc import Callable
 import torch
 from jaxtyping import Bool, Float, Int
 from torch import Tensor
-from torch.nn import functional
 
 from meshshard import UsageError
 from meshshard_train.config import TrainConfig
-from meshshard_train.model import ROWS, TaskDrivenNet
+from meshshard_train.model import ROWS, TaskDrivenNet, padded
 
 
 def compiled(
@@ -42,9 +41,7 @@ def compiled(
         drop_VL: Float[Tensor, "V L"] | None = None,
         used_V: Bool[Tensor, " V"] | None = None,  # noqa: ARG001
     ) -> Float[Tensor, "V K"]:
-        vertices = len(features_VC)
-        padding = (0, 0, 0, -vertices % ROWS)
-        drop_VL = None if drop_VL is None else functional.pad(drop_VL, padding)
-        return inner(functional.pad(features_VC, padding), None, drop_VL)[:vertices]
+        rows_WC, drop_WL = padded(features_VC, drop_VL, ROWS)
+        return inner(rows_WC, None, drop_WL)[: len(features_VC)]
 
     return forward

@@ -8,7 +8,6 @@ from typing import Any
 from torch.utils.tensorboard import SummaryWriter
 
 from meshshard_train.loop import Progress
-from meshshard_train.schedule import figures
 
 FOLDER = "tensorboard"
 OF_TRAINING = ("loss", "learning_rate", "waited")
@@ -41,7 +40,8 @@ class Events:
         for row in rows:
             ended += row["seconds"]
             values = {name: row[name] for name in OF_TRAINING}
-            values |= {name.replace("_", "/", 1): value for name, value in figures(row).items()}
+            of_split = [name for name in row if name.startswith(("val_", "test_"))]
+            values |= {name.replace("_", "/", 1): row[name] for name in of_split}
             for name, value in values.items():
                 writer.add_scalar(name, value, row["epoch"], ended)
         if rows:

@@ -1,6 +1,5 @@
 """What a finished run for correspondence leaves for people: results.json, results.md, and a picture of its curves."""
 
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from meshshard_train.facts import facts_of, of_history, said_of_training
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.matching import THRESHOLDS, evaluate_matching, evaluate_true_maps
 from meshshard_train.members import split_of
+from meshshard_train.pictures import plot_loss, save_figure
 from meshshard_train.state import BEST
 from meshshard_train.tables import markdown_table
 
@@ -101,8 +101,7 @@ def _draw(path: Path, results: dict[str, Any], history: Sequence[dict[str, Any]]
         figure = Figure(figsize=(11, 3.2), dpi=110, layout="constrained")
         figure.suptitle(about(results), fontsize="medium")
         left, middle, right = figure.subplots(1, 3)
-        left.plot(epochs, [row["loss"] for row in history], color=class_colour(0))
-        left.set(xlabel="epoch", ylabel="training loss")
+        plot_loss(left, history)
         middle.plot(epochs, [100 * row[error] for row in history], color=class_colour(3))
         middle.set(xlabel="epoch", ylabel=error.replace("_", " "), ylim=(0, None))
         for number, (split, row) in enumerate(results["rows"].items()):
@@ -110,6 +109,4 @@ def _draw(path: Path, results: dict[str, Any], history: Sequence[dict[str, Any]]
             right.plot(results["thresholds"], shares, color=class_colour(number), label=split)
         right.legend(loc="lower right")
         right.set(xlabel="geodesic error / square root of area", ylabel="points, %", ylim=(0, 100))
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name may be in any script
-            figure.savefig(path)
+        save_figure(figure, path)

@@ -116,9 +116,7 @@ class TaskDrivenNet(nn.Module):
         drop-path factors, encoder blocks first (see `drop_path_factors`); None in evaluation. `used_V`: vertices that
         others may see, where layers look at others; None: all."""
         vertices = features_VC.shape[0]
-        padding = (0, 0, 0, -vertices % self.pads_to)
-        features_VC = functional.pad(features_VC, padding)
-        drop_VL = None if drop_VL is None else functional.pad(drop_VL, padding)
+        features_VC, drop_VL = padded(features_VC, drop_VL, self.pads_to)
         parts = [None] * 8 if drop_VL is None else list(drop_VL.split((*STAGES, *STAGES), dim=1))
         rows = Rows(features_VC, vertices, mesh_V, used_V)
         e1 = self.encoder[0](self.stem1(features_VC, rows), parts[0], rows)
@@ -133,6 +131,14 @@ class TaskDrivenNet(nn.Module):
         all_scales = torch.cat([d3, *skips], 1)
         logits: Tensor = self.head(self.last(self.decoder[3](all_scales, parts[7], rows), rows), rows)
         return logits[:vertices]
+
+
+def padded(
+    features_VC: Float[Tensor, "V C"], drop_VL: Float[Tensor, "V L"] | None, multiple: int
+) -> tuple[Float[Tensor, "W C"], Float[Tensor, "W L"] | None]:
+    """Both with rows of zeros behind, so that their number is a multiple."""
+    padding = (0, 0, 0, -features_VC.shape[0] % multiple)
+    return functional.pad(features_VC, padding), None if drop_VL is None else functional.pad(drop_VL, padding)
 
 
 def drop_path_rates(rate: float) -> Float[Tensor, " L"]:

@@ -9,6 +9,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from jaxtyping import Float, Int
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -59,7 +60,7 @@ def gallery(
         fontsize="small",
         frameon=False,
     )
-    _save(figure, path)
+    save_figure(figure, path)
 
 
 def curves(path: Path, history: Sequence[dict[str, Any]], *, title: str) -> None:
@@ -69,11 +70,16 @@ def curves(path: Path, history: Sequence[dict[str, Any]], *, title: str) -> None
         figure.suptitle(title, fontsize="medium")
         left, right = figure.subplots(1, 2)
         epochs = [row["epoch"] for row in history]
-        left.plot(epochs, [row["loss"] for row in history], color=class_colour(0))
-        left.set(xlabel="epoch", ylabel="training loss")
+        plot_loss(left, history)
         right.plot(epochs, [100 * judged(row)[1] for row in history], color=class_colour(3))
         right.set(xlabel="epoch", ylabel=f"{judged(history[-1])[0].split(' (')[0]}, %")
-        _save(figure, path)
+        save_figure(figure, path)
+
+
+def plot_loss(axes: Axes, history: Sequence[dict[str, Any]]) -> None:
+    """Training loss over epochs."""
+    axes.plot([row["epoch"] for row in history], [row["loss"] for row in history], color=class_colour(0))
+    axes.set(xlabel="epoch", ylabel="training loss")
 
 
 def confusions(
@@ -99,10 +105,11 @@ def confusions(
                     ink = "white" if share > 60 else "black"
                     axes.text(predicted, true, f"{share:.0f}", ha="center", va="center", fontsize=7, color=ink)
     grid[0].set_ylabel("true, % of its row")
-    _save(figure, path)
+    save_figure(figure, path)
 
 
-def _save(figure: Figure, path: Path) -> None:
+def save_figure(figure: Figure, path: Path) -> None:
+    """The figure as a PNG; letters that the font lacks are drawn as boxes."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name may be in any script
         figure.savefig(path)

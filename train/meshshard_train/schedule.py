@@ -27,8 +27,3 @@ def is_over(config: TrainConfig, history: Sequence[dict[str, Any]]) -> bool:
     """All epochs are done, or the last `patience` of them brought no better one."""
     waited = len(history) - 1 - best_epoch(history)
     return len(history) >= config.epochs or 0 < config.patience <= waited
-
-
-def figures(row: dict[str, Any]) -> dict[str, float]:
-    """What an epoch's row says of the split that chooses, by names as val_accuracy."""
-    return {name: value for name, value in row.items() if name.startswith(("val_", "test_"))}

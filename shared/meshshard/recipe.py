@@ -30,8 +30,9 @@ class Recipe:
     the plain one. `regularisation` times the identity is added to it. `weld` merges vertices at the same point on the
     working copy. `components`: "separate" pieces do not feel each other's heat, "bridged" ones are joined by weak
     links. `hks_tolerance` is the relative error that HKS values may have against the full spectrum.
-    `signed_dihedral` adds the mean signed angle as the field `dihedral_signed`, `official_dihedral` the published
-    code's three channels as `dihedral_official`, `spectrum` that many of the lowest eigenpairs.
+    `geodesic` and `shape_diameter` add the fields of these names, `signed_dihedral` the mean signed angle as
+    `dihedral_signed`, `official_dihedral` the published code's three channels as `dihedral_official`, `spectrum` that
+    many of the lowest eigenpairs.
     `steps` change the mesh that is stored: "weld" merges its vertices at the same point, "largest_component" drops
     the faces of all other pieces, "orient" turns faces so that neighbours agree and closed pieces face outwards.
     `simplify`, after them, collapses edges by quadric error down to that many faces; 0 leaves the mesh as it is.
@@ -44,6 +45,8 @@ class Recipe:
     components: str = "separate"
     times: tuple[float, ...] = log_spaced(1e-2, 1.0, 16)
     hks_tolerance: float = 1e-5
+    geodesic: bool = False
+    shape_diameter: bool = False
     signed_dihedral: bool = False
     official_dihedral: bool = False
     spectrum: int = 0
@@ -118,10 +121,12 @@ RECIPES = {
     recipe.name: recipe
     for recipe in (
         Recipe(name="paper"),
+        Recipe(name="best", geodesic=True, shape_diameter=True),
         Recipe(name="official", laplacian="cotangent", regularisation=1e-8, weld=False, official_dihedral=True),
     )
 }
-"""The named recipes: `paper` follows the article's text on any surface, `official` the published code's channels."""
+"""The named recipes: `paper` follows the article's text on any surface, `best` adds what
+networks learn more from, `official` the published code's channels."""
 
 
 def find_recipe(name: str) -> Recipe:

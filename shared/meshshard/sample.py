@@ -39,6 +39,8 @@ class Sample:
     dihedral: mean turning angle over a vertex's interior edges, radians; flat 0, folded shut pi.
     hks: heat kernel signature at `times`, unscaled; 0 at unreferenced vertices.
     dihedral_signed: the same with signs, convex positive; dihedral_official: the published code's three channels.
+    geodesic: mean and largest distance along the surface, and areas of eight geodesic discs over flat ones.
+    shape_diameter: median, and fifth, of the lengths of rays to the opposite side.
     eigenvalues, eigenvectors: the K lowest, mass-orthonormal; NaN and 0 beyond a smaller mesh's last.
     vertex_areas: barycentric lumped areas of the normalised mesh.
     faces: triangles; face_source: the file's polygon each came from.
@@ -66,6 +68,8 @@ class Sample:
     vertex_labels: Int16[np.ndarray, " V"] | None = None
     dihedral_signed: Float32[np.ndarray, " V"] | None = None
     dihedral_official: Float32[np.ndarray, "V 3"] | None = None
+    geodesic: Float32[np.ndarray, "V 10"] | None = None
+    shape_diameter: Float32[np.ndarray, "V 2"] | None = None
     eigenvalues: Float64[np.ndarray, " K"] | None = None
     eigenvectors: Float32[np.ndarray, "V K"] | None = None
     vertex_source: Int32[np.ndarray, " V"] | None = None
@@ -137,6 +141,8 @@ DIGESTED = (
     "vertex_labels",
     "dihedral_signed",
     "dihedral_official",
+    "geodesic",
+    "shape_diameter",
     "eigenvalues",
     "eigenvectors",
     "vertex_source",

@@ -49,6 +49,22 @@ FIELDS = (
     Field("dihedral_signed", ("V",), "f4", "radian", "mean signed turning angle; convex positive", required=False),
     Field("dihedral_official", ("V", 3), "f4", "1", "the published code's three channels", required=False),
     Field(
+        "geodesic",
+        ("V", 10),
+        "f4",
+        "area^(1/2), 1",
+        "mean and largest geodesic distance; areas of geodesic discs over flat ones; 0 at unreferenced vertices",
+        required=False,
+    ),
+    Field(
+        "shape_diameter",
+        ("V", 2),
+        "f4",
+        "area^(1/2)",
+        "median and fifth of the lengths of rays to the opposite side; 0 at unreferenced vertices",
+        required=False,
+    ),
+    Field(
         "eigenvectors",
         ("V", "K"),
         "f4",

@@ -48,7 +48,7 @@ def test_nonsense_is_refused(change, message):
 
 
 def test_unknown_names_and_files(tmp_path):
-    with pytest.raises(UsageError, match="no recipe is called 'papr'; there are paper, official"):
+    with pytest.raises(UsageError, match="no recipe is called 'papr'; there are paper, best, official"):
         find_recipe("papr")
     with pytest.raises(UsageError, match="cannot read the recipe"):
         find_recipe(str(tmp_path / "none.json"))

@@ -22,6 +22,8 @@ FEATURES = {
     "vertex_normals": 3,
     "dihedral": 1,
     "hks": None,
+    "geodesic": 10,
+    "shape_diameter": 2,
     "dihedral_signed": 1,
     "dihedral_official": 3,
 }
@@ -36,9 +38,10 @@ class TrainConfig:
     published, or one of its ablations. `coordinates`: functional coordinates of a vertex, for correspondence, where
     functional maps are between the lowest `eigenfunctions` and `map_regularisation` weighs that they commute with the
     Laplacians of meshes of area 1.
-    Input. `scaling`: "log-standard" (logarithm of the HKS; HKS and dihedral to mean 0, deviation 1 in each mesh and
-    channel) or "min-max" (to 0..1 in each mesh and channel, as published). `rotation_axes`: a mesh is turned by a
-    random number of quarter turns about one of these axes, drawn anew each epoch; "" for none. `train_fraction`: of
+    Input. `scaling`: "log-standard" (logarithms of HKS, geodesic and shape diameter; all but positions and normals to
+    mean 0, deviation 1 in each mesh and channel) or "min-max" (to 0..1 in each mesh and channel, as published).
+    `rotation_axes`: a mesh is turned by a random number of quarter turns about one of these axes, drawn anew each
+    epoch; "" for none. `train_fraction`: of
     the training meshes, for few-shot learning; subsets of one seed are nested.
     Steps. `batch_vertices`: meshes are packed until their vertices would exceed it; `batch_meshes`: until they are so
     many, 0 for no such limit. `schedule`: after the warm-up, cosine to 0 or constant. `clip_norm`: longest gradient,

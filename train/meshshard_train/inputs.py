@@ -10,6 +10,8 @@ from meshshard_train.config import FEATURES, TrainConfig
 
 TURNED = ("vertices", "vertex_normals")
 """Features that turn with the mesh."""
+OF_MANY_SIZES = ("hks", "geodesic", "shape_diameter")
+"""Features above 0 whose ratios count: they are brought to one range by their logarithm."""
 
 
 def input_size(config: TrainConfig, times: int) -> int:
@@ -58,7 +60,7 @@ def scaled(
     """Each channel brought to a common range over the used vertices. A constant channel becomes 0."""
     used_V1 = used_V[:, None]
     if scaling == "log-standard":
-        if name == "hks":
+        if name in OF_MANY_SIZES:
             values_VC = values_VC.clamp(min=1e-30).log()
         count = used_V.sum().clamp(min=1)
         centre_C = (values_VC * used_V1).sum(0) / count

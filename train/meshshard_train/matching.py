@@ -11,9 +11,9 @@ from scipy.spatial import cKDTree
 from torch import Tensor
 
 from meshshard import Dataset
+from meshshard.geodesic import distances
 from meshshard_train.device import autocast
 from meshshard_train.functional_map import coefficients, functional_maps, true_map
-from meshshard_train.geodesic import distances
 from meshshard_train.loading import Meshes
 from meshshard_train.model import TaskDrivenNet
 from meshshard_train.pairs import evaluated_pairs

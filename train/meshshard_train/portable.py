@@ -40,6 +40,8 @@ class Portable(nn.Module):
         vertices: Float[Tensor, "V 3"] | None = None,
         vertex_normals: Float[Tensor, "V 3"] | None = None,
         dihedral: Float[Tensor, " V"] | None = None,
+        geodesic: Float[Tensor, "V 10"] | None = None,
+        shape_diameter: Float[Tensor, "V 2"] | None = None,
         dihedral_signed: Float[Tensor, " V"] | None = None,
         dihedral_official: Float[Tensor, "V 3"] | None = None,
         faces: Int[Tensor, "F 3"] | None = None,
@@ -50,6 +52,8 @@ class Portable(nn.Module):
             "vertex_normals": vertex_normals,
             "dihedral": dihedral,
             "hks": hks,
+            "geodesic": geodesic,
+            "shape_diameter": shape_diameter,
             "dihedral_signed": dihedral_signed,
             "dihedral_official": dihedral_official,
         }

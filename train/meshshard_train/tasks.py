@@ -8,6 +8,8 @@ from meshshard_train.config import TrainConfig
 
 LABELS = {"segmentation": "face_labels", "vertex_segmentation": "vertex_labels"}
 """Task -> the field of a shard that it learns."""
+RECIPES_WITH = {"dihedral_official": "official", "geodesic": "best", "shape_diameter": "best"}
+"""Field -> the named feature recipe that computes it."""
 
 
 def task_of(dataset: Dataset) -> str:
@@ -35,9 +37,10 @@ def check_task(dataset: Dataset, config: TrainConfig) -> None:
         _check_spectra(dataset, config, fields)
     for name in config.features:
         if name not in fields:
+            advice = f"--recipe {RECIPES_WITH[name]}" if name in RECIPES_WITH else "a recipe that computes it"
             raise UsageError(
                 f"{dataset.folder} has no {name}: its recipe is {dataset.recipe.name}; run meshshard features with "
-                + ("--recipe official" if name == "dihedral_official" else "a recipe that computes it")
+                + advice
             )
 
 

@@ -125,6 +125,8 @@ def recipe_words(recipe: Recipe) -> str:
     words += [f"simplified to {recipe.simplify} faces"] if recipe.simplify else []
     words += ["mesh stored as in its file"] if not (recipe.steps or recipe.simplify) else []
     words += [f"{recipe.spectrum} eigenpairs stored"] if recipe.spectrum else []
+    words += ["geodesic distances and discs"] if recipe.geodesic else []
+    words += ["shape diameters"] if recipe.shape_diameter else []
     words += ["signed dihedral angles"] if recipe.signed_dihedral else []
     words += ["the published code's dihedral channels"] if recipe.official_dihedral else []
     return "; ".join(words)

@@ -17,7 +17,8 @@ from shapes import sphere, tetrahedron  # noqa: E402
 
 from meshshard_prep import compute_features  # noqa: E402
 
-FULL = replace(PAPER, name="full", signed_dihedral=True, official_dihedral=True, spectrum=5)
+EXTRAS = {name: True for name in ("geodesic", "shape_diameter", "signed_dihedral", "official_dihedral")}
+FULL = replace(PAPER, name="full", spectrum=5, **EXTRAS)
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 0, 0], [1, 1, 0], [0, 1, 0], [7, 7, 7]], dtype=float)
 
 

@@ -14,6 +14,18 @@ def distances(
     Every path lies on the surface, so no distance is too short; on evenly meshed spheres they are at most 8 % and on
     average 2 % too long. Vertices at the same point are one. Where no path leads, the largest distance found.
     """
+    graph, place = surface_graph(vertices, faces)
+    wanted, row = np.unique(place[sources], return_inverse=True)
+    found = dijkstra(graph, directed=False, indices=wanted)
+    reached = np.isfinite(found)
+    return np.where(reached, found, found[reached].max())[row.reshape(-1)][:, place]
+
+
+def surface_graph(
+    vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"]
+) -> tuple[sp.csr_array, Int[np.ndarray, " V"]]:
+    """Lengths of the ways that paths are made of, between the P different points of a mesh (P, P), each stored once;
+    and the point of each vertex. A path is one of `scipy.sparse.csgraph` with `directed=False`."""
     points, place = np.unique(vertices, axis=0, return_inverse=True)
     place = place.reshape(-1)
     ends, lengths = _edges(points.astype(np.float64), place[faces])
@@ -21,11 +33,7 @@ def distances(
     order = np.lexsort((lengths, ends[:, 1], ends[:, 0]))
     ends, lengths = ends[order], lengths[order]
     first = np.append(True, (ends[1:] != ends[:-1]).any(axis=1))
-    graph = sp.csr_array((lengths[first], ends[first].T), shape=(len(points), len(points)))
-    wanted, row = np.unique(place[sources], return_inverse=True)
-    found = dijkstra(graph, directed=False, indices=wanted)
-    reached = np.isfinite(found)
-    return np.where(reached, found, found[reached].max())[row.reshape(-1)][:, place]
+    return sp.csr_array((lengths[first], ends[first].T), shape=(len(points), len(points))), place
 
 
 def _edges(

@@ -3,7 +3,7 @@ import pytest
 from scipy.sparse.csgraph import floyd_warshall
 from shapes import FAMILY, box, bumpy, fin, grid, joined, rotation, sphere
 
-from meshshard_train.geodesic import distances
+from meshshard.geodesic import distances
 
 
 @pytest.mark.parametrize("level", [3, 4])

@@ -1,12 +1,13 @@
 # The face of the program `meshshard`: every target sets up .venv first, and only once.
 .DEFAULT_GOAL := help
-.PHONY: help setup features train bench test soak check lint types imports docs pictures clean
+.PHONY: help setup features train reproduce bench test soak check lint types imports docs pictures clean
 
 PYTHON ?= python3
 DATASET ?= minicoseg
 RAW ?=
 JOBS ?= -1
 EPOCHS ?=
+TABLE ?= minicoseg
 ARGS ?=
 
 VENV := .venv
@@ -32,6 +33,9 @@ features: $(READY) ## Compute the features of DATASET into data/features
 train: $(READY) ## Train on DATASET and show its results
 	@$(if $(filter minicoseg,$(DATASET))$(RAW),$(BIN)/meshshard features $(DATASET) $(if $(RAW),--raw "$(RAW)") --jobs $(JOBS))
 	GLIBC_TUNABLES=glibc.malloc.hugetlb=1 $(BIN)/meshshard train $(DATASET) $(if $(EPOCHS),--epochs $(EPOCHS)) $(ARGS)
+
+reproduce: $(READY) ## Run or go on with the paper's experiment TABLE: minicoseg, human, fewshot, features, ...
+	GLIBC_TUNABLES=glibc.malloc.hugetlb=1 $(BIN)/meshshard reproduce $(TABLE) $(ARGS)
 
 bench: $(READY) ## Measure preparation and training beside the published way: minutes, into docs/benchmarks
 	$(BIN)/meshshard bench $(ARGS)

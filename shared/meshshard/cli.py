@@ -28,6 +28,7 @@ VERBS = (
     "generate",
     "bench",
     "bench-train",
+    "reproduce",
 )
 """Order in `--help`; verbs that others add follow."""
 

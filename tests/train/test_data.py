@@ -27,6 +27,15 @@ def test_inputs_have_the_announced_channels():
     np.testing.assert_array_equal(inputs_of(sample(0), only)[:, 16:], sample(0).vertices)
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("name", ["hks", "dihedral", "vertices"])
+def test_a_feature_that_is_not_finite_is_refused_and_not_taken_for_a_constant_one(name, value):
+    bad = getattr(sample(0), name).copy()
+    bad[3] = value
+    with pytest.raises(UsageError, match=f"{sample(0).id}: {name} is not finite"):
+        inputs_of(replace(sample(0), **{name: bad}), CONFIG)
+
+
 def test_log_standard_scaling():
     inputs = inputs_of(sample(0), CONFIG).numpy()
     np.testing.assert_allclose(inputs[:, 6:].mean(axis=0), 0, atol=1e-5)

@@ -68,7 +68,7 @@ class TrainConfig:
     drop_path: float = 0.1
     clip_norm: float = 0.0
     ema: float = 0.0
-    batch_vertices: int = 2048
+    batch_vertices: int = 4096
     batch_meshes: int = 0
     rotation_axes: str = "y"
     train_fraction: float = 1.0

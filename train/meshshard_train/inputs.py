@@ -5,7 +5,7 @@ import torch
 from jaxtyping import Bool, Float, Float32
 from torch import Tensor
 
-from meshshard import Sample
+from meshshard import Sample, UsageError
 from meshshard_train.config import FEATURES, TrainConfig
 
 TURNED = ("vertices", "vertex_normals")
@@ -30,8 +30,14 @@ def turned_columns(config: TrainConfig, size: int) -> list[slice]:
 
 
 def inputs_of(sample: Sample, config: TrainConfig) -> Float32[Tensor, "V C"]:
-    """The channels of a mesh, not turned; rows of unused vertices are 0."""
+    """The channels of a mesh, not turned; rows of unused vertices are 0. UsageError: a feature is not finite."""
     stored = {name: torch.tensor(getattr(sample, name), dtype=torch.float32) for name in config.features}
+    for name, values in stored.items():
+        if not values.isfinite().all():
+            raise UsageError(
+                f"{sample.id}: {name} is not finite, so its shard is damaged or was written by another program; "
+                "meshshard verify --full names all such samples, and meshshard features computes them anew"
+            )
     return channels(stored, torch.tensor(sample.used_vertices), config.scaling)
 
 

@@ -47,7 +47,7 @@ class GeodesicErrors:
         self.below += other.below
 
     def mean(self) -> float:
-        """Times 100, the number of the articles. NaN where nothing was counted."""
+        """A hundredth of the number that articles print. NaN where nothing was counted."""
         return self.total / self.count if self.count else float("nan")
 
     def curve(self) -> list[float]:

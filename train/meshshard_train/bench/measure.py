@@ -31,7 +31,8 @@ from meshshard_train.voting import neighbours, vote
 K = TypeVar("K")
 
 PACKED = (2, 3, 5, 10)
-"""Meshes a step: of the recipe's default, as the peer accumulates, and more. Each divides the meshes of an epoch."""
+"""Meshes a step: fewer than the peer accumulates, as many, as recipe paper packs, and more. Each divides the meshes
+of an epoch."""
 LOADINGS = {
     "kept": Loading(),
     "streamed in the same process": Loading(keep_gib=0.0),
@@ -157,7 +158,7 @@ def waiting(dataset: Dataset, steps: int) -> dict[str, float]:
     """Way of loading -> share of a training step that is spent waiting for its batch, at the recipe's default."""
     shares = {}
     for name, loading in LOADINGS.items():
-        run = our_training(dataset, packing(dataset, PACKED[0]), loading, CPU)
+        run = our_training(dataset, paper("segmentation"), loading, CPU)
         next(run)
         start = time.perf_counter()
         waited = sum(itertools.islice(run, steps))

@@ -16,8 +16,8 @@ Processor: {processor}, {cores} cores, {load:.1f} processes at work on them at t
 
 ## A training step on the processor
 
-Ours is recipe `paper`: meshes prepared once and kept, packed, {precision}. The peer is the published loop, written
-plainly (`train/meshshard_train/bench/peer.py`): one mesh at a time in fp32, gradients of three accumulated, and every
+Ours is recipe `paper`, which packs five such meshes into a step; they are prepared once and kept, {precision}. The
+peer is the published loop, written plainly (`train/meshshard_train/bench/peer.py`): one mesh at a time in fp32, gradients of three accumulated, and every
 mesh file read again for one vote among the faces across edges. It has the features in memory and our network.
 
 | way | meshes a step | ms a mesh | least | times as fast as the peer | as it without voting | CPU ms | CPU ratio |
@@ -34,7 +34,7 @@ CPU is the time that all threads compute, medians too: other programs on the mac
 
 ## Waiting for data
 
-Share of a training step, two meshes each, that is spent waiting for its batch.
+Share of a training step of recipe `paper` that is spent waiting for its batch.
 
 | shards are | share |
 |---|---|

@@ -25,7 +25,7 @@ def _with_pages(entry: Any, docs: Path) -> Any:
     found = []
     for page in pages:
         folder = isinstance(page, str) and page.endswith("/")
-        found += sorted(str(path.relative_to(docs)) for path in (docs / page).glob("*.md")) if folder else [page]
+        found += sorted(str(path.relative_to(docs)) for path in (docs / page).rglob("*.md")) if folder else [page]
     return {next(iter(entry)): found}
 
 

@@ -54,7 +54,8 @@ def pages(site):
 
 def test_every_document_is_a_page(site):
     for path in (ROOT / "docs").rglob("*.md"):
-        assert (site / path.relative_to(ROOT / "docs")).with_suffix(".html").exists()
+        name = "index" if path.stem == "README" else path.stem
+        assert (site / path.relative_to(ROOT / "docs")).with_name(f"{name}.html").exists()
 
 
 def test_nothing_is_loaded_from_elsewhere(site, pages):

@@ -1,6 +1,6 @@
 # The face of the program `meshshard`: every target sets up .venv first, and only once.
 .DEFAULT_GOAL := help
-.PHONY: help setup features train reproduce bench test soak check lint types imports clean
+.PHONY: help setup features train reproduce bench test soak check lint types imports docs pictures clean
 
 PYTHON ?= python3
 DATASET ?= minicoseg
@@ -59,5 +59,11 @@ imports: $(READY) ## Walls between the packages: import-linter
 
 check: lint types imports test ## Everything that must pass before a commit
 
+docs: $(READY) ## Build the documentation into site/; then open site/index.html
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
+pictures: $(READY) ## Draw the pictures of the documentation again: a minute
+	$(BIN)/python docs/pictures.py
+
 clean: ## Remove .venv and caches, but no data and no run
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .import_linter_cache site

@@ -21,6 +21,8 @@ from meshshard.cli import VERBS, app
 from meshshard.data_card.card import data_card
 from meshshard.data_card.survey import survey
 from meshshard.errors import FAILURES, REFUSALS
+from meshshard.recipe import RECIPES as RECIPES_OF_FEATURES
+from meshshard.recipe import Recipe
 from meshshard.schema import ATTRIBUTES, FIELDS
 from meshshard_prep.datasets import ADAPTERS, read_dataset
 from meshshard_prep.datasets.own.keys import KEYS
@@ -172,6 +174,41 @@ def test_readme_python_block():
     assert done.stdout.startswith("(4, 16) [1.5707964 1.981")
 
 
+def test_commands_in_all_documents_exist():
+    known = {
+        name: {option for parameter in command.params for option in parameter.opts} | {"--help"}
+        for name, command in commands()
+    }
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(), flags=re.M))
+    for path in [ROOT / "README.md", *DOCS.rglob("*.md")]:
+        lines = [
+            line
+            for block in re.findall(r"```(?:bash)?\n(.*?)```", path.read_text(), flags=re.S)
+            for line in block.splitlines()
+        ]
+        for line in lines:
+            words = re.split(r"[#|>;]", line)[0].split()
+            if words and words[0].endswith("meshshard"):
+                options = {word.split("=")[0] for word in words if word.startswith("--")}
+                assert options <= known[words[1]], f"{path.name}: {line}"
+            if words and words[0] == "make":
+                assert words[1] in targets, f"{path.name}: {line}"
+
+
+def test_recipes_of_features_are_those_of_the_document():
+    rows = table((DOCS / "features.md").read_text())
+    for field in fields(Recipe):
+        if field.name != "name":
+            values = [getattr(RECIPES_OF_FEATURES[name], field.name) for name in ("paper", "best", "official")]
+            assert rows[field.name][:3] == [shown_value(value) for value in values], field.name
+
+
+def shown_value(value):
+    if isinstance(value, tuple):
+        return f"{len(value)}, {value[0]:g} to {value[-1]:g}" if value else "none"
+    return f"{value:g}" if isinstance(value, float) else str(value).lower()
+
+
 def test_readme_begins_with_the_two_commands():
     (first, *_) = blocks(ROOT / "README.md", "")
     assert [line.split("  ")[0] for line in first.splitlines()] == ["make train", "make test"]
@@ -207,6 +244,7 @@ WORDS = {
     "MPL": "MPL|Mozilla",
     "GPL": "GPL|GNU",
     "PSF": "PSF|Python",
+    "ISC": "ISC",
 }
 """Family of licences -> what packages call it."""
 

@@ -34,21 +34,21 @@ DIAGNOSTICS = {
 class Sample:
     """A mesh in file order with its features. V vertices, F triangles, T diffusion times.
 
-    vertices: normalised positions, (original - centre) / scale.
-    vertex_normals: unit, angle-weighted; 0 where undefined.
-    dihedral: mean turning angle over a vertex's interior edges, radians; flat 0, folded shut pi.
-    hks: heat kernel signature at `times`, unscaled; 0 at unreferenced vertices.
-    dihedral_signed: the same with signs, convex positive; dihedral_official: the published code's three channels.
-    geodesic: mean and largest distance along the surface, and areas of eight geodesic discs over flat ones.
-    shape_diameter: median, and fifth, of the lengths of rays to the opposite side.
-    eigenvalues, eigenvectors: the K lowest, mass-orthonormal; NaN and 0 beyond a smaller mesh's last.
-    vertex_areas: barycentric lumped areas of the normalised mesh.
-    faces: triangles; face_source: the file's polygon each came from.
-    face_adjacency: neighbour across edges (0,1), (1,2), (2,0); -1 at a border or non-manifold edge.
-    face_labels, vertex_labels: index into the data set's classes, -1 unlabelled; None where there are none.
-    mesh_label: class of the whole mesh, -1 for none.
-    polygons: faces of the mesh file; vertex_source: its vertex that each is or lies nearest to, None without steps.
-    correspondence: the vertex at each of the M vertices of a template, -1 none; None where there is no template.
+    * vertices: normalised positions, (original - centre) / scale.
+    * vertex_normals: unit, angle-weighted; 0 where undefined.
+    * dihedral: mean turning angle over a vertex's interior edges, radians; flat 0, folded shut pi.
+    * hks: heat kernel signature at `times`, unscaled; 0 at unreferenced vertices.
+    * dihedral_signed: the same with signs, convex positive; dihedral_official: the published code's three channels.
+    * geodesic: mean and largest distance along the surface, and areas of eight geodesic discs over flat ones.
+    * shape_diameter: median, and fifth, of the lengths of rays to the opposite side.
+    * eigenvalues, eigenvectors: the K lowest, mass-orthonormal; NaN and 0 beyond a smaller mesh's last.
+    * vertex_areas: barycentric lumped areas of the normalised mesh.
+    * faces: triangles; face_source: the file's polygon each came from.
+    * face_adjacency: neighbour across edges (0,1), (1,2), (2,0); -1 at a border or non-manifold edge.
+    * face_labels, vertex_labels: index into the data set's classes, -1 unlabelled; None where there are none.
+    * mesh_label: class of the whole mesh, -1 for none.
+    * polygons: faces of the mesh file; vertex_source: its vertex that each is or lies nearest to, None without steps.
+    * correspondence: the vertex at each of the M vertices of a template, -1 none; None where there is no template.
     """
 
     vertices: Float32[np.ndarray, "V 3"]

@@ -53,10 +53,12 @@ def gallery(
         axes.set_axis_off()
         axes.set_title(tile.title, fontsize="small")
     found = sorted({int(label) for tile in tiles for label in np.unique(tile.labels)})
+    names = ["unlabelled" if label < 0 else classes[label] for label in found]
+    widest = 0.6 + 0.08 * max(map(len, names))  # inches of an entry of the legend
     figure.legend(
-        handles=[Patch(color=class_colour(c, colours), label="unlabelled" if c < 0 else classes[c]) for c in found],
+        handles=[Patch(color=class_colour(c, colours), label=name) for c, name in zip(found, names, strict=True)],
         loc="outside lower center",
-        ncols=min(len(found), max(4, 2 * columns)),
+        ncols=max(1, min(len(found), int(size * columns / widest))),
         fontsize="small",
         frameon=False,
     )

@@ -1,0 +1,100 @@
+"""The site of the documents: built without a warning, whole without network, fit for all readers."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from meshshard.cli import VERBS
+
+ROOT = Path(__file__).parents[1]
+LOADED = {"script": "src", "img": "src", "iframe": "src", "link": "href"}
+"""Element -> where it names what a browser loads with the page."""
+
+
+class Page(HTMLParser):
+    """What is checked of a page: levels of its headings, alternative texts, and what it loads."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.headings, self.pictures, self.loaded = [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        if re.fullmatch("h[1-6]", tag):
+            self.headings.append(int(tag[1]))
+        if tag == "img":
+            self.pictures.append(found.get("alt") or "")
+        if tag in LOADED and found.get("rel") not in ("canonical", "next", "prev"):
+            self.loaded.append(found.get(LOADED[tag]) or "")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site")
+    call = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
+    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    done = subprocess.run(call, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "WARNING" not in done.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def pages(site):
+    return {str(path.relative_to(site)): Page(path.read_text()) for path in site.rglob("*.html")}
+
+
+def test_every_document_is_a_page(site):
+    for path in (ROOT / "docs").rglob("*.md"):
+        name = "index" if path.stem == "README" else path.stem
+        assert (site / path.relative_to(ROOT / "docs")).with_name(f"{name}.html").exists()
+
+
+def test_nothing_is_loaded_from_elsewhere(site, pages):
+    assert {url for page in pages.values() for url in page.loaded if re.match("(https?:)?//", url)} == set()
+    styles = "".join(path.read_text() for path in site.rglob("*.css"))
+    assert re.findall(r"""(?:url\(|@import )["']?(?:https?:)?//[^)]*""", styles) == []
+
+
+def test_every_picture_has_an_alternative_text(pages):
+    texts = [text for page in pages.values() for text in page.pictures]
+    assert len(texts) >= 5
+    assert [text for text in texts if len(text) < 15] == []
+
+
+def test_headings_begin_with_one_title_and_leave_out_no_level(pages):
+    for name, page in pages.items():
+        levels = page.headings
+        assert levels.count(1) == 1, name
+        assert levels[0] == 1, name
+        assert all(after <= before + 1 for before, after in pairwise(levels)), name
+
+
+def test_search_knows_the_pages_without_a_server(site):
+    index = json.loads((site / "search" / "search_index.js").read_text().removeprefix("var __index = "))
+    found = {
+        entry["location"].split("#")[0]
+        for entry in index["docs"]
+        if "heat kernel" in f"{entry['title']} {entry['text']}".lower()
+    }
+    assert {"features.html", "faq.html", "api.html"} <= found
+
+
+def test_help_of_every_command_is_on_a_page(site):
+    text = (site / "help.html").read_text()
+    for verb in VERBS:
+        assert f'id="meshshard-{verb}"' in text
+
+
+def test_what_others_may_import_is_on_a_page(site):
+    text = (site / "api.html").read_text()
+    for name in ("open_dataset", "Sample", "compute_features", "TaskDrivenNet", "ShardGraphs"):
+        assert re.search(rf'id="[\w.]+\.{name}"', text), name

@@ -44,7 +44,7 @@ def config_of(trial):
 def test_different_trainings_have_different_names_and_lines_that_are_alike_share_one():
     named = {trial.name: trial for trial in every_trial()}
     assert all(named[trial.name] == trial for trial in every_trial())
-    assert len({config_of(trial).to_json() + trial.data.name for trial in named.values()}) == len(named)
+    assert len({config_of(trial).to_json() + trial.data.label for trial in named.values()}) == len(named)
     shared = [table for table in TABLES.values() if experiments.NETWORK in table.lines]
     assert len(shared) == 3
 
@@ -64,7 +64,8 @@ def test_only_drawn_splits_are_those_of_the_seed():
     assert (fixed.split_seed, drawn.split_seed) == (0, 3)
     assert "--raw" not in fixed.prepare_command(Path("r"), Path("o"))
     words = drawn.prepare_command(Path("r"), Path("o"))
-    assert words == ["features", "a", "--raw", str(Path("r/b")), "--split-seed", "3", "--out", "o"]
+    assert words == ["features", "a", "--raw", "r/b", "--recipe", "paper", "--split-seed", "3", "--out", "o"]
+    assert replace(fixed, data=Data(name="a", features="best")).name != fixed.name
 
 
 def test_the_first_seed_of_all_lines_comes_first():

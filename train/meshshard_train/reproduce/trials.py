@@ -42,7 +42,7 @@ class Trial:
     def name(self) -> str:
         """Of its record and of its run: all that it depends on."""
         settings = [f"{name}={_word(value)}" for name, value in self.settings]
-        return "-".join([self.data.name, self.recipe, *settings, self.protocol, f"seed={self.seed}"])
+        return "-".join([self.data.label, self.recipe, *settings, self.protocol, f"seed={self.seed}"])
 
     @property
     def split_seed(self) -> int:
@@ -68,7 +68,7 @@ class Trial:
         """The arguments of `meshshard` that make its shards."""
         drawn = ["--split-seed", str(self.split_seed)]
         where = ["--raw", str(raw / self.data.raw)] if self.data.raw else []
-        return ["features", self.data.name, *where, *drawn, "--out", str(out)]
+        return ["features", self.data.name, *where, "--recipe", self.data.features, *drawn, "--out", str(out)]
 
 
 def trials_of(line: Line, protocols: tuple[str, ...], seeds: dict[str, int]) -> Iterator[Trial]:
@@ -88,7 +88,7 @@ def all_trials(table: Table, protocols: tuple[str, ...], seeds: dict[str, int]) 
 def shards_of(trial: Trial, raw: Path, folder: Path) -> Path:
     """Its shards, made or brought up to date by `meshshard features` in a process of its own. UsageError: it made
     none."""
-    out = folder / f"{trial.data.name}-split-{trial.split_seed}"
+    out = folder / f"{trial.data.label}-split-{trial.split_seed}"
     command = trial.prepare_command(raw, out)
     done = subprocess.run(
         [sys.executable, "-m", "meshshard", *command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True

@@ -33,7 +33,9 @@ def untrained(task, **settings):
 
 def judged(folder, learned, samples, rounds=0, **settings):
     dataset = open_dataset(write_dataset(folder, samples, ["test"] * len(samples), **settings))
-    judge = judge_of(untrained(learned, voting_rounds=rounds), folder / "best.safetensors", dataset, CPU)
+    judge = judge_of(
+        untrained(learned, voting_rounds=rounds, batch_vertices=16), folder / "best.safetensors", dataset, CPU
+    )
     return judge, list(judge.opinions(range(len(dataset))))
 
 
@@ -47,6 +49,17 @@ def test_the_score_is_the_share_of_labelled_faces_that_are_right_raw_and_voted(t
     right = [float((o.labels == m.face_labels).mean()) for m, o in zip(samples, raw[1], strict=True)]
     assert [o.score for o in raw[1]] == pytest.approx([right[0], np.nan, right[2]], nan_ok=True)
     assert any((a.labels != b.labels).any() for a, b in zip(raw[1], voted[1], strict=True))
+
+
+def test_one_mesh_may_be_asked_for_while_all_are_judged(tmp_path):
+    samples = [sample(n, level=1) for n in range(8)]  # three in a batch
+    judge, alone = judged(tmp_path, "segmentation", samples)
+    found = []
+    for opinion in judge.opinions(range(8)):
+        (other,) = judge.opinions([7])
+        assert other.score == alone[7].score
+        found.append(opinion.score)
+    assert found == [opinion.score for opinion in alone]
 
 
 def test_vertices_and_whole_meshes(tmp_path):

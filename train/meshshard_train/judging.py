@@ -30,7 +30,7 @@ def judge_of(best: Checkpoint, run: Path, dataset: Dataset, device: torch.device
         raise UsageError(f"{run} is a run for {task}: it gives no classes to look at; see: meshshard evaluate {run}")
     if dataset.classes and (clashes := best.clashes(dataset)):
         raise UsageError(f"{run} cannot be used on {dataset.folder}: {'; '.join(clashes)}")
-    network, meshes = best.network().to(device), Meshes(dataset, best.config, device, Loading(keep_gib=0.0))
+    network = best.network().to(device)
 
     @cache
     def rounds() -> int:
@@ -41,6 +41,8 @@ def judge_of(best: Checkpoint, run: Path, dataset: Dataset, device: torch.device
     def opinions(numbers: Sequence[int]) -> Iterator[Opinion]:
         from meshshard_train.voting import neighbours, vote  # as slow
 
+        # batches of its own: opinions on one mesh are asked for while those on all are under way
+        meshes = Meshes(dataset, best.config, device, Loading(keep_gib=0.0))
         for number, labels, probabilities in predictions(network, meshes, numbers):
             sample = dataset[number]
             truth = labels_of(sample, task)

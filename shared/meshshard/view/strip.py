@@ -13,6 +13,9 @@ from meshshard.view.words import block
 ROWS, SIZE, WIDTH = 6, 104, 250
 """Thumbnails of a page, their pixels, and those of the panel across."""
 
+LETTERS = 26
+"""Of an id that fit on a button, beside a score."""
+
 NO_PICTURE = np.zeros((SIZE, SIZE, 4), dtype=np.uint8)
 
 
@@ -78,5 +81,6 @@ class Strip:
             yield
 
     def _label(self, number: int, scores: Mapping[int, float]) -> str:
-        score = f" · {100 * scores[number]:.1f} %" if number in scores else ""
-        return f"{self._listing.names[number]}{score}"
+        name = self._listing.names[number]
+        short = name if len(name) <= LETTERS else f"…{name[1 - LETTERS :]}"  # its end tells it from its neighbours
+        return f"{100 * scores[number]:.1f} % · {short}" if number in scores else short

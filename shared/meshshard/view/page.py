@@ -46,7 +46,6 @@ class Page:
         known = judge or dataset.index
         self._classes = Classes(known.classes, known.colours)
         gui = server.gui
-        gui.configure_theme(show_logo=False, show_share_button=False)
         gui.set_panel_label(f"{judge.name}: {dataset.name}" if judge else dataset.name)
         orders = (*[WORST] * bool(judge), STORED, LARGEST)
         self._strip = Strip(gui, Listing(dataset), orders, self._choose, self._list)
@@ -83,7 +82,7 @@ class Page:
             marks=((low, f"t = {10**low:.3g}"), (high, f"{10**high:.3g}")),
             hint="Diffusion time t of the heat kernel signature, in squared radii of the mesh",
         )
-        self._wires = gui.add_checkbox("wireframe", False)
+        self._wires, dark = gui.add_checkbox("wireframe", False), gui.add_checkbox("dark", False)
         save = gui.add_button("Save PNG")
         self._legend = gui.add_html("")
         self._plot = Plot(gui)
@@ -92,6 +91,12 @@ class Page:
             control.on_update(lambda _: self._todo.want("draw", self._draw()))
         for control in (self._what, self._beside, self._time):
             control.on_update(lambda _: self._list())
+
+        def paint(_: object = None) -> None:
+            gui.configure_theme(dark_mode=dark.value, show_logo=False, show_share_button=False)
+
+        dark.on_update(paint)
+        paint()
         step.on_click(lambda event: self._go(1 if event.target.value == "next" else -1))
         save.on_click(lambda event: self._todo.want("save", self._save(event.client)))
 

@@ -140,6 +140,15 @@ def test_a_wireframe_is_drawn(page):
     changed_by(page, lambda: wires.click(force=True))
 
 
+def test_the_page_can_be_dark(page):
+    dark = page.get_by_role("checkbox", name="dark", exact=True)
+    assert seen(page)[0, 0].min() > 200
+    dark.click(force=True)
+    until(lambda: seen(page)[0, 0].max() < 80)
+    dark.click(force=True)
+    until(lambda: seen(page)[0, 0].min() > 200)
+
+
 def test_a_click_on_the_mesh_plots_its_vertex(page):
     choose(page, "beside it", "nothing")
     until(lambda: (seen(page)[300:390, 300:390] < 250).any(axis=2).all())

@@ -1,9 +1,24 @@
-"""Where the research data is, and what is skipped without it."""
+"""Where the research data and a browser are, and what is skipped without them."""
 
+import shutil
 from pathlib import Path
 
 import pytest
 from research_data import DATA
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+SOFTWARE_WEBGL = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """A Chromium without a window, for tests marked `browser`."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=[*SOFTWARE_WEBGL, "--no-sandbox"])
+        yield chromium
+        chromium.close()
 
 
 @pytest.fixture(scope="session")
@@ -13,10 +28,11 @@ def data_root() -> Path:
 
 
 def pytest_collection_modifyitems(items):
-    if not DATA.is_dir():
-        for item in items:
-            if "data" in item.keywords:
-                item.add_marker(pytest.mark.skip(reason="no research data; set MESHSHARD_DATA to its folder"))
+    for item in items:
+        if "data" in item.keywords and not DATA.is_dir():
+            item.add_marker(pytest.mark.skip(reason="no research data; set MESHSHARD_DATA to its folder"))
+        if "browser" in item.keywords and CHROMIUM is None:
+            item.add_marker(pytest.mark.skip(reason="no Chromium"))
 
 
 @pytest.fixture
@@ -29,6 +45,10 @@ def pytest_terminal_summary(terminalreporter):
     reports = [report for name in ("passed", "failed") for report in terminalreporter.stats.get(name, [])]
     for line in sorted({text for report in reports for key, text in report.user_properties if key == "measured"}):
         terminalreporter.write_line(line)
+    skipped = terminalreporter.stats.get("skipped", [])
     if not DATA.is_dir():
-        count = sum("data" in report.keywords for report in terminalreporter.stats.get("skipped", []))
+        count = sum("data" in report.keywords for report in skipped)
         terminalreporter.write_line(f"{count} tests need the research data and were skipped: set MESHSHARD_DATA")
+    if CHROMIUM is None:
+        count = sum("browser" in report.keywords for report in skipped)
+        terminalreporter.write_line(f"{count} tests need a browser and were skipped: install chromium")

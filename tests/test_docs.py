@@ -97,7 +97,7 @@ def test_every_command_and_option_is_documented_and_nothing_else():
     found = dict(commands())
     assert set(sections) == set(found) == set(VERBS)
     for name, command in found.items():
-        options = {option for p in command.params for option in p.opts if option.startswith("--")} - {"--help"}
+        options = {o for p in command.params for o in (*p.opts, *p.secondary_opts) if o.startswith("--")} - {"--help"}
         options -= {"--install-completion", "--show-completion"}
         assert set(re.findall(r"--[a-z][a-z-]+", sections[name])) == options, name
 

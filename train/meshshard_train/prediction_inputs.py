@@ -59,12 +59,18 @@ def features_of(meshes: Mapping[str, Path], recipe: Recipe, scratch: Path, jobs:
     The halves meet in files: the meshes become shards by the program that makes all shards, called once. UsageError:
     it could not do its work; it has said why.
     """
-    folder, settings, shards = scratch / "meshes", scratch / "recipe.json", scratch / "shards"
+    folder = scratch / "meshes"
     folder.mkdir()
     for source, name in source_names(meshes).items():
         (folder / source).symlink_to(_absolute(meshes[name]))
+    return computed(folder, recipe, scratch, jobs)
+
+
+def computed(meshes: Path, recipe: Recipe, scratch: Path, jobs: int) -> Dataset:
+    """Features of a mesh file, or of those in a folder, without labels, as `features_of`."""
+    settings, shards = scratch / "recipe.json", scratch / "shards"
     settings.write_text(recipe.to_json())
-    command = [sys.executable, "-m", "meshshard", "features", str(folder), "--no-labels"]
+    command = [sys.executable, "-m", "meshshard", "features", str(meshes), "--no-labels"]
     command += ["--recipe", str(settings), "--out", str(shards), "--jobs", str(jobs)]
     if subprocess.run(command, stdout=subprocess.PIPE, check=False).returncode > 1:
         raise UsageError("features could not be computed, for the reason above")

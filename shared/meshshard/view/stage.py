@@ -56,7 +56,8 @@ class Stage:
         mark; True: it has none."""
         again = sample is self._sample and len(drawings) == len(self._panes)
         if not again:
-            for pane in self._panes:
+            # those that stay are replaced: a browser puts a node that is removed and added again where it was
+            for pane in self._panes[len(drawings) :]:
                 pane.solid.remove()
             self._sample, self._panes = sample, []
         for number, drawing in enumerate(drawings):

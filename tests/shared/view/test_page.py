@@ -117,6 +117,12 @@ def test_label_and_prediction_are_side_by_side(page):
     assert covered[400:600].any()
 
 
+def test_the_mesh_is_in_the_middle_again_when_it_is_alone(page):
+    changed_by(page, lambda: choose(page, "beside it", "nothing"))
+    until(lambda: abs(np.flatnonzero((seen(page) < 250).any(axis=(0, 2))).mean() - 345) < 10)
+    changed_by(page, lambda: choose(page, "beside it", "prediction"))
+
+
 @pytest.mark.parametrize("what", ["errors", "heat kernel signature", "mean dihedral angle", "normals"])
 def test_colours_and_legend_follow_the_choice(page, what):
     changed_by(page, lambda: choose(page, "colour", what))

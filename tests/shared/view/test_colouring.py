@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from samples import PAPER, sample
 
-from meshshard.palette import class_colour, colours_of
+from meshshard.palette import class_colour, colours_between, colours_of
 from meshshard.view.colouring import DIHEDRAL, ERRORS, HKS, LABEL, NORMALS, PREDICTION, Classes, choices, coloured
 from meshshard.view.opinion import Opinion, labelled_element, true_labels
 from meshshard.view.words import of_corner
@@ -64,6 +64,19 @@ def test_the_highest_hks_is_yellow_and_the_legend_has_the_time_with_its_unit():
     drawn = coloured(HKS, MESH, 3, "faces", CLASSES, None)
     assert drawn.colours[MESH.hks[:, 3].argmax()].tolist() == [0xFD, 0xE7, 0x25]
     assert f"t = {PAPER.times[3]:.3g} squared radii" in drawn.legend
+
+
+def test_hks_is_coloured_by_its_logarithm_and_vertices_of_no_face_do_not_count():
+    size = len(MESH.vertices) + 1
+    heat = np.geomspace(1, 100, size, dtype="f4")[:, None].repeat(len(PAPER.times), axis=1)
+    heat[-1] = 0
+    values = {name: np.pad(getattr(MESH, name), (0, 1)) for name in ("dihedral", "vertex_areas")}
+    values |= {name: np.pad(getattr(MESH, name), ((0, 1), (0, 0))) for name in ("vertices", "vertex_normals")}
+    drawn = coloured(HKS, sample(3, level=2, hks=heat, **values), 0, "faces", CLASSES, None)
+    middle = colours_between(np.array([0.5]), 0.0, 1.0)[0].astype(int)
+    assert abs(drawn.colours[size // 2].astype(int) - middle).max() < 6
+    assert drawn.colours[-1].tolist() == [0x44, 0x01, 0x54]
+    assert "<span>1.0" in drawn.legend
 
 
 def test_what_is_said_of_a_corner():

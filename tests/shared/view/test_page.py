@@ -163,6 +163,17 @@ def test_a_click_on_the_mesh_plots_its_vertex(page):
     page.get_by_text(re.compile(r"vertex \d+: mean dihedral angle")).wait_for()
     assert page.get_by_text(re.compile(r"face \d+: label (low|middle|high)")).is_visible()
     assert page.locator(".uplot canvas").is_visible()
+    until(lambda: magenta(page) > 20)
+    changed_by(page, lambda: choose(page, "colour", "mean dihedral angle"))
+    time.sleep(0.5)
+    assert page.get_by_text(re.compile(r"vertex \d+: mean dihedral angle")).is_visible()
+    assert magenta(page) > 20
+
+
+def magenta(page):
+    """Pixels of the mark."""
+    red, green, blue = np.moveaxis(seen(page).astype(int), -1, 0)
+    return ((red - green > 60) & (blue - green > 60) & (abs(red - blue) < 40)).sum()
 
 
 def test_the_scene_is_saved_as_png(page):

@@ -27,6 +27,9 @@ from meshshard.view.words import block, of_corner, of_mesh
 RANKED_EVERY = 100
 """Meshes are judged before the list is put in order again."""
 
+READABLE = "<style>label { color: var(--mantine-color-text) }</style>"
+"""Names of controls as dark as other words; viser has them in a grey of 3.3 to 1 on white."""
+
 PATIENCE = 60.0
 """Seconds that a browser may take to draw a picture that is saved."""
 
@@ -68,6 +71,7 @@ class Page:
     def _controls(self, gui: viser.GuiApi) -> None:
         ways = choices(bool(self._dataset.classes), self._judge is not None)
         self._facts, self._said = gui.add_html(""), gui.add_html("")
+        gui.add_html(READABLE)
         step = gui.add_button_group("mesh", ("previous", "next"))
         self._what = gui.add_dropdown("colour", ways)
         beside = PREDICTION if self._judge else NOTHING

@@ -7,7 +7,7 @@ from samples import PAPER, sample
 from meshshard.palette import class_colour, colours_between, colours_of
 from meshshard.view.colouring import DIHEDRAL, ERRORS, HKS, LABEL, NORMALS, PREDICTION, Classes, choices, coloured
 from meshshard.view.opinion import Opinion, labelled_element, true_labels
-from meshshard.view.words import of_corner
+from meshshard.view.words import end_of, of_corner
 
 CLASSES = Classes(("low", "middle", "high & <dry>"), ())
 MESH = sample(3, level=2)
@@ -86,3 +86,8 @@ def test_what_is_said_of_a_corner():
     assert f"face 7: label {CLASSES.names[MESH.face_labels[7]]}".split(" &")[0] in words
     assert "face 7: prediction high &amp; &lt;dry&gt;" in words
     assert "label" not in of_corner(MESH, 7, 2, "faces", Classes((), ()), None)
+
+
+def test_of_a_long_name_the_end_is_kept():
+    assert end_of("train/scape_01", 14) == "train/scape_01"
+    assert end_of("train/scape_01", 9) == "…scape_01"

@@ -146,6 +146,12 @@ def test_a_wireframe_is_drawn(page):
     changed_by(page, lambda: wires.click(force=True))
 
 
+def test_names_of_controls_are_as_dark_as_other_words(page):
+    shade = "element => getComputedStyle(element).color"
+    name = page.locator("label", has_text=re.compile("^wireframe$"))
+    assert name.evaluate(shade) == page.get_by_text("Click a vertex").evaluate(shade) == "rgb(0, 0, 0)"
+
+
 def test_the_page_can_be_dark(page):
     dark = page.get_by_role("checkbox", name="dark", exact=True)
     assert seen(page)[0, 0].min() > 200

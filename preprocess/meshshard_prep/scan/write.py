@@ -4,11 +4,11 @@ import json
 import os
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 
 from meshshard.remote import RemotePath
-from meshshard_prep.datasets.own.mesh_labels import FOLDER
+from meshshard_prep.datasets.own.mesh_labels import FOLDER, TOP_FOLDER
 from meshshard_prep.jobs import printable
 from meshshard_prep.scan.labels import Labelling
 from meshshard_prep.scan.look import Findings
@@ -49,6 +49,10 @@ def _label_lines(findings: Findings, reading: Reading) -> list[str]:
         return ["", "[labels]", f"mesh = {_quoted(findings.lists.classes)}  # the class of each mesh"]
     if reading.kind == "class folders" and findings.folders:
         meshes = findings.folders.meshes
+        if findings.folders.outermost:  # no table: `features` finds the classes of the line that is kept
+            lines = {FOLDER: meshes, TOP_FOLDER: findings.folders.outermost}
+            nearest, top = (f"mesh = {_quoted(which)}  # {_few(names)}" for which, names in lines.items())
+            return ["", "[labels]", *doubt, nearest, f"# {top}"]
         table = [f"{_quoted(name)} = {_quoted(name)}  # {count} meshes" for name, count in meshes.items()]
         listed = ["", "[classes]", *table] if len(meshes) <= MOST_CLASSES else []
         return ["", "[labels]", *doubt, f"mesh = {_quoted(findings.folders.which)}  # its name is the class", *listed]
@@ -112,6 +116,11 @@ def _group(findings: Findings, reading: Reading) -> list[str]:
         folder = "(.*)/" if findings.folders.which == FOLDER else "([^/]*)/"
         return [f"{EDIT}{ask}.", f"# group = '{folder}'  # {hint}"]
     return [f"# group = '(.*)_pose'  # {hint}"]
+
+
+def _few(names: Collection[str]) -> str:
+    more = len(names) - 4
+    return printable(", ".join([*names][:4])) + f" and {more} more" * (more > 0)
 
 
 def _quoted(text: object) -> str:

@@ -87,6 +87,7 @@ def raw(tmp_path):
         ),
         ("classes = ['x', 'y']\n[labels]\nmesh = 'folder'", "1: classes has 2 names, and the classes are cat"),
         ("[labels]\nmesh = 'folder'\n[classes]\nx = 'cats'", "3: classes has no class 'cat', .*do you mean 'cats'"),
+        ("[labels]\nmesh = 'folder'\n[classes]\nx = 'y'", "3: classes has no class 'cat', .*take the table away"),
         ("raw = 'cat/train'\n[labels]\nmesh = 'folder'", '3: labels.mesh is "folder", and a.obj is in no folder'),
         (
             "layout = 'meshcnn-classification'\n[labels]\nform = 'lines'",

@@ -112,6 +112,19 @@ def test_classes_above_a_folder_for_each_mesh(tmp_path, capsys):
     assert what.startswith("are these folders classes?")
 
 
+def test_the_nearest_folders_may_be_classes_or_the_outermost(tmp_path, capsys):
+    for name in ("Bed", "Chair", "Lamp", "Sofa", "Table"):
+        for inner in ("2019", "2020/b"):
+            write_obj(tmp_path / "raw" / name / inner / f"{name}.OBJ", *bumpy(0, 1))
+    toml, found = scanned(tmp_path / "raw", tmp_path, capsys)
+    assert 'mesh = "folder"  # 2019, b\n# mesh = "top folder"  # Bed, Chair, Lamp, Sofa and 1 more\n' in toml.read_text()
+    assert read_dataset(str(toml)).classes == ("2019", "b")
+    outermost = lambda text: text.replace('mesh = "folder"', "").replace("# mesh", "mesh")  # noqa: E731
+    what, dataset = edit(toml, found, outermost)
+    assert what == "are these folders classes, or the outermost ones, or none? Keep the line that is meant."
+    assert dataset.classes == ("Bed", "Chair", "Lamp", "Sofa", "Table")
+
+
 def test_labels_of_vertices_come_with_the_line_that_makes_them_those_of_faces(tmp_path, capsys):
     write_obj(tmp_path / "raw" / "a.obj", *bumpy(0, 1))
     write_labels(tmp_path / "raw" / "a.txt", [1, 2] * 9)

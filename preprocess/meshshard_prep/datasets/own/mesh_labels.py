@@ -109,5 +109,6 @@ def _classes(document: Document, values: list[str]) -> tuple[tuple[str, ...], di
             table[label] = number
     for value in values:
         if value not in table:
-            raise document.wrong("classes", f"has no class {value!r}, which meshes have{near(value, table)}")
+            hint = near(value, table) or "; add it, or take the table away: classes are then those that are found"
+            raise document.wrong("classes", f"has no class {value!r}, which meshes have{hint}")
     return tuple(names), table

@@ -98,7 +98,9 @@ def _classes(dataset: Dataset, seen: Survey, places: list[int]) -> list[dict[str
 def _diagnostics(seen: Survey, members: Bool[np.ndarray, " N"]) -> dict[str, dict[str, int]]:
     affected = seen.affected[members]
     sums, meshes = (seen.diagnostics[members] * affected).sum(axis=0), affected.sum(axis=0)
-    return {name: {"sum": int(sums[column]), "meshes": int(meshes[column])} for column, name in enumerate(DIAGNOSTICS)}
+    return {
+        name: {"sum": int(sums[column]), "meshes": int(meshes[column])} for column, name in enumerate(DIAGNOSTICS)
+    }
 
 
 def _named(counts: Counter[str]) -> dict[str, int]:

@@ -117,7 +117,9 @@ def test_the_nearest_folders_may_be_classes_or_the_outermost(tmp_path, capsys):
         for inner in ("2019", "2020/b"):
             write_obj(tmp_path / "raw" / name / inner / f"{name}.OBJ", *bumpy(0, 1))
     toml, found = scanned(tmp_path / "raw", tmp_path, capsys)
-    assert 'mesh = "folder"  # 2019, b\n# mesh = "top folder"  # Bed, Chair, Lamp, Sofa and 1 more\n' in toml.read_text()
+    assert (
+        'mesh = "folder"  # 2019, b\n# mesh = "top folder"  # Bed, Chair, Lamp, Sofa and 1 more\n' in toml.read_text()
+    )
     assert read_dataset(str(toml)).classes == ("2019", "b")
     outermost = lambda text: text.replace('mesh = "folder"', "").replace("# mesh", "mesh")  # noqa: E731
     what, dataset = edit(toml, found, outermost)

@@ -14,6 +14,7 @@ from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.datasets.own.labels import filled_in
 from meshshard_prep.datasets.own.names import Names
 from meshshard_prep.formats import read_file
+from meshshard_prep.labels.ply import left_out
 from meshshard_prep.scan.folders import ClassFolders, class_folders, sets_of
 from meshshard_prep.scan.known import known_as
 from meshshard_prep.scan.labels import Labelling, labels_in_files, labels_in_meshes
@@ -47,7 +48,8 @@ Told = Callable[[str, int, int], None]
 class Findings:
     """`known`, `like`: what `known_as` says. `counts`: source ->
     what its file has. `labellings`: the best first. `sets`: top folders with labels of their own. `lonely`: files
-    that look like labels, of meshes that are not there. `others`: suffix -> files that are none of all this."""
+    that look like labels, of meshes that are not there. `others`: suffix -> files that are none of all this.
+    `left_out`: where nothing is labelled, properties of the first PLY file that are no labels."""
 
     root: Path
     known: str
@@ -60,6 +62,7 @@ class Findings:
     folders: ClassFolders | None
     lists: Lists
     others: dict[str, int]
+    left_out: tuple[str, ...]
 
     @property
     def splits(self) -> dict[str, int]:
@@ -112,7 +115,15 @@ def look(root: Path, told: Told) -> Findings:
         folders=class_folders(entries),
         lists=find_lists(root, left, Names(entries)),
         others=dict(Counter(PurePosixPath(other).suffix.lower() for other in sorted({*left} - {*lonely}))),
+        left_out=() if found else _left_out(entries, readable),
     )
+
+
+def _left_out(entries: Sequence[Entry], readable: Collection[str]) -> tuple[str, ...]:
+    first = next(
+        (entry for entry in entries if entry.source in readable and entry.path.suffix.lower() == ".ply"), None
+    )
+    return tuple(left_out(first.path.read_bytes(), first.source)) if first else ()
 
 
 def _sets(labelling: Labelling) -> tuple[str, ...]:

@@ -32,6 +32,10 @@ def _lines(findings: Findings, reading: Reading) -> Iterator[tuple[str, str]]:
         yield "no meshes", f"{len(findings.refused)} files with a mesh's ending, as {findings.refused[0]}"
     for labelling in findings.labellings:
         yield from _labelling(labelling, len(findings.entries))
+    if reading.kind == "none":
+        yield "labels", f"none found, and training needs them; the file has lines to fill in"
+    if reading.kind == "none" and findings.left_out:
+        yield "", f"not taken as labels: {_some(findings.left_out, 8)}; give labels an integer property of their own"
     if findings.lonely:
         yield "no mesh", f"{len(findings.lonely)} files look like labels of no mesh: {_some(findings.lonely)}"
     if findings.sets:

@@ -22,6 +22,14 @@ LEAST_TO_SPLIT = 4
 
 EDIT = "# EDIT: "
 
+NO_LABELS = [
+    "",
+    "# no labels were found. Take away the # of two lines, and say where they are:",
+    "# [labels]",
+    '# files = "labels/{stem}.txt"  # of faces, edges or vertices: the file of each mesh',
+    '# mesh = "classes.csv"  # of whole meshes: a list with a line "mesh,class" for each',
+]
+
 
 def toml_of(findings: Findings, reading: Reading, name: str, raw: str) -> str:
     """The text of the file. `raw`: the folder, as seen from the file."""
@@ -56,7 +64,7 @@ def _label_lines(findings: Findings, reading: Reading) -> list[str]:
         table = [f"{_quoted(name)} = {_quoted(name)}  # {count} meshes" for name, count in meshes.items()]
         listed = ["", "[classes]", *table] if len(meshes) <= MOST_CLASSES else []
         return ["", "[labels]", *doubt, f"mesh = {_quoted(findings.folders.which)}  # its name is the class", *listed]
-    return ["# no labels were found: say here where they are, see [labels] in the document"]
+    return NO_LABELS
 
 
 def _labelling(labelling: Labelling) -> list[str]:

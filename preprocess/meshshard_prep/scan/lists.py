@@ -1,4 +1,4 @@
-"""Text files that list meshes: with a class each, or as a split."""
+"""Files that list meshes: with a class each, or as a split."""
 
 import re
 from collections.abc import Sequence
@@ -7,10 +7,10 @@ from pathlib import Path, PurePosixPath
 
 from meshshard.errors import UsageError
 from meshshard_prep.datasets.folder import SPLIT_FOLDERS
-from meshshard_prep.datasets.own.mesh_labels import parts_of_row
-from meshshard_prep.datasets.own.names import Names, rows_of
+from meshshard_prep.datasets.own.class_list import read_class_list
+from meshshard_prep.datasets.own.names import Names
 
-SUFFIXES = (".txt", ".csv", ".tsv", ".lst", ".list")
+SUFFIXES = (".txt", ".csv", ".tsv", ".lst", ".list", ".json")
 MOST_BYTES = 20_000_000
 LEAST_SHARE = 0.8
 """Share of the lines that must name a mesh."""
@@ -43,15 +43,14 @@ def find_lists(root: Path, others: Sequence[str], names: Names) -> Lists:
 def _kind(path: Path, names: Names) -> str:
     """ "meshes", "classes" or empty."""
     try:
-        rows = [row for _, row in rows_of(path, path.name)]
+        rows = read_class_list(path, path.name)
     except UsageError:
         return ""
     enough = max(LEAST_SHARE * len(rows), 2)
-    if sum(len(names.find(row)) == 1 for row in rows) >= enough:
+    if path.suffix.lower() != ".json" and sum(len(names.find(row.text)) == 1 for row in rows) >= enough:
         return "meshes"
-    pairs = [(mesh, label) for mesh, label in map(parts_of_row, rows) if label and len(names.find(mesh)) == 1]
-    labels = {label for _, label in pairs}
-    return "classes" if len(pairs) >= enough and 1 < len(labels) <= len(pairs) / 2 else ""
+    labels = [row.label for row in rows if row.label and len(names.find(row.mesh)) == 1]
+    return "classes" if len(labels) >= enough and 1 < len({*labels}) <= len(labels) / 2 else ""
 
 
 def _split_of(stem: str) -> str:

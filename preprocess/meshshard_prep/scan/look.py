@@ -20,6 +20,7 @@ from meshshard_prep.scan.known import known_as
 from meshshard_prep.scan.labels import Labelling, labels_in_files, labels_in_meshes
 from meshshard_prep.scan.lists import Lists, find_lists
 from meshshard_prep.scan.names import patterns_of
+from meshshard_prep.scan.one_json import labels_in_one_json
 
 OTHER_MESHES = (
     ".stl",
@@ -95,11 +96,12 @@ def look(root: Path, told: Told) -> Findings:
         for pattern in patterns_of(list(readable), others)
         if (labelling := labels_in_files(root, pattern, readable, lambda done, of: told("labels", done, of)))
     }
-    found = list(in_files.values())
+    in_one = [] if in_files else labels_in_one_json(root, others, readable, lambda a, b: told("labels", a, b))
+    found = [*in_files.values(), *in_one]
     if not found:
         found = labels_in_meshes(entries, readable, lambda done, of: told("labels in meshes", done, of))
     claimed = {file for pattern in in_files for file in pattern.files.values()}
-    left = [other for other in others if other not in claimed]
+    left = [other for other in others if other not in claimed and other not in {one.pattern for one in in_one}]
     lonely = _lonely(left, claimed)
     known, like = known_as(root, entries)
     found.sort(key=lambda labelling: -len(labelling.of))

@@ -33,7 +33,7 @@ def _lines(findings: Findings, reading: Reading) -> Iterator[tuple[str, str]]:
     for labelling in findings.labellings:
         yield from _labelling(labelling, len(findings.entries))
     if reading.kind == "none":
-        yield "labels", f"none found, and training needs them; the file has lines to fill in"
+        yield "labels", "none found, and training needs them; the file has lines to fill in"
     if reading.kind == "none" and findings.left_out:
         yield "", f"not taken as labels: {_some(findings.left_out, 8)}; give labels an integer property of their own"
     if findings.lonely:

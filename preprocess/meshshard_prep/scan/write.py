@@ -24,7 +24,7 @@ EDIT = "# EDIT: "
 
 NO_LABELS = [
     "",
-    "# no labels were found. Take away the # of two lines, and say where they are:",
+    "# no labels were found. Take away the # of lines, and say where they are:",
     "# [labels]",
     '# files = "labels/{stem}.txt"  # of faces, edges or vertices: the file of each mesh',
     '# mesh = "classes.csv"  # of whole meshes: a list with a line "mesh,class" for each',
@@ -111,8 +111,10 @@ def _split_lines(findings: Findings, reading: Reading) -> list[str]:
     if "test" in lists or "train" in lists:
         return ["", "[splits]", *(f"{split} = {_quoted(file)}" for split, file in lists.items())]
     shares_line = "fractions = { train = 0.7, val = 0.15, test = 0.15 }  # drawn by --split-seed; or: folds = 5"
-    if reading.kind == "none" or len(findings.entries) < LEAST_TO_SPLIT:
+    if len(findings.entries) < LEAST_TO_SPLIT:
         return []
+    if reading.kind == "none":
+        return ["# [splits]", f"# {shares_line}"]
     return ["", "[splits]", shares_line, *_group(findings, reading)]
 
 

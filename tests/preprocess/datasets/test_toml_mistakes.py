@@ -59,6 +59,12 @@ def raw(tmp_path):
             "[labels]\nfiles = '{stem}.seg'\nmesh = 'folder'",
             "2: labels.files does not go with labels.mesh = 'folder'",
         ),
+        ("[labels]\nfiles = 'all.json'", r"2: labels.files names one .*; write {stem} in it, or in labels.name if"),
+        (
+            "[labels]\nfiles = 'all.json'\nname = '{stm}'",
+            "3: labels.name may have {stem}, .*, not {stm}; do you mean 'stem'",
+        ),
+        ("[labels]\nfiles = 'all.json'\nname = '{stem}'", "2: labels.files finds no file: 'all.json'"),
         ("classes = ['a']", "1: classes has 1 names, and the label files have 2 labels: 1, 2"),
         ("classes = ['a', 'b',\n'a']", "2: classes names 'a' twice"),
         ("classes = ['a', 'a']\n[labels]\nmesh = 'folder'", "1: classes names 'a' twice"),

@@ -29,6 +29,8 @@ def found(folder, files):
             "c.csv",
             {},
         ),
+        ({"c.json": ["{", *(f'"{name}": {n % 2},' for n, name in enumerate(ALL)), '"T99": 1}']}, "c.json", {}),
+        ({"c.json": ["[1, 2]"], "test.json": ["{", *(f'"{name}": [1],' for name in ALL), '"T99": [1]}']}, "", {}),
         ({"c.csv": [f"{name},{n}" for n, name in enumerate(ALL)]}, "", {}),  # a number of its own for each
         ({"c.csv": [f"{name},a" for name in ALL]}, "", {}),  # one class is none
         ({"a.txt": ["T1 a", "T2 b"] * 2, "b.txt": ["T1 a", "T2 b"] * 2}, "", {}),  # which of them?

@@ -42,6 +42,8 @@ def _lines(findings: Findings, reading: Reading) -> Iterator[tuple[str, str]]:
         yield "sets", f"{', '.join(findings.sets)} hold meshes and labels of their own"
     if findings.lists.classes:
         yield "class list", findings.lists.classes
+    for unused in findings.lists.unused:
+        yield "list", unused
     if findings.folders:
         meshes = findings.folders.meshes
         what = "classes" if reading.kind == "class folders" else "folders"
@@ -111,6 +113,7 @@ def as_table(findings: Findings, reading: Reading) -> dict[str, Any]:
         },
         "splits": findings.splits,
         "split_lists": findings.lists.splits,
+        "unused_lists": list(map(printable, findings.lists.unused)),
         "other_files": findings.others,
     }
 

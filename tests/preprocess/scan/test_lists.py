@@ -46,6 +46,24 @@ def test_lists(tmp_path, files, classes, splits):
     assert found(tmp_path, files) == (classes, splits)
 
 
+@pytest.mark.parametrize(
+    ("files", "sentence"),
+    [
+        (
+            {"meta.csv": ["object,class,split", *(f"{name},a,train" for name in ALL)]},
+            "meta.csv has more columns than two: keep mesh and class",
+        ),
+        (
+            {"train.csv": ["T1,a", "T2,b"] * 2, "test.csv": ["T3,a", "T4,b"] * 2},
+            "test.csv, train.csv list classes, and labels.mesh takes one file: make one of them",
+        ),
+    ],
+)
+def test_lists_that_are_not_taken_are_told(tmp_path, files, sentence):
+    assert found(tmp_path, files) == ("", {})
+    assert find_lists(tmp_path, list(files), NAMES).unused == (sentence,)
+
+
 def test_what_is_no_text_is_no_list(tmp_path):
     (tmp_path / "test.txt").write_bytes(b"T1\nT2\n\xff\xfe")
     assert find_lists(tmp_path, ["test.txt"], NAMES).splits == {}

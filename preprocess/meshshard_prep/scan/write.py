@@ -17,6 +17,9 @@ from meshshard_prep.scan.reading import Reading
 MOST_CLASSES = 200
 """More are not listed: `features` finds them."""
 
+OFTEN_UNLABELLED = (-100, 255, 65535)
+"""Labels that mean none in the files of many programs. Only the user knows."""
+
 LEAST_TO_SPLIT = 4
 """Fewer meshes are not split."""
 
@@ -74,6 +77,11 @@ def _labelling(labelling: Labelling) -> list[str]:
     lines += [f"name = {_quoted(labelling.name)}"] if labelling.name else []
     lines += [f"domain = {_quoted(best)}  # fits {labelling.fits[best]} of {len(labelling.of)} meshes"]
     lines += [f"# domain = {_quoted(domain)}  # fits {labelling.fits[domain]} of them too" for domain in rest]
+    lines += [
+        f"# unlabelled = {value}  # if that means none; then take its line out of [classes]"
+        for value in OFTEN_UNLABELLED
+        if value in labelling.values
+    ]
     lines += ['# to = "face"  # would turn them into labels of faces'] if best == "vertex" else []
     without = len(labelling.missing) + len(labelling.odd)
     return [*lines, *([f"# {without} meshes have no labels that fit: features will refuse them"] if without else [])]

@@ -136,6 +136,21 @@ def test_labels_of_vertices_come_with_the_line_that_makes_them_those_of_faces(tm
     assert read_dataset(str(toml)).entries[0].labels.to == "face"
 
 
+def test_a_label_that_often_means_none_comes_with_the_line_that_says_so(tmp_path, capsys):
+    for name in "ab":
+        write_obj(tmp_path / "raw" / f"{name}.obj", *bumpy(0, 1))
+        write_labels(tmp_path / "raw" / f"{name}.seg", [0, 1, 2, 255] * 8)
+    toml, found = scanned(tmp_path / "raw", tmp_path, capsys)
+    text = toml.read_text()
+    assert text.count("# unlabelled = 255") == 1
+    assert read_dataset(str(toml)).classes == ("0", "1", "2", "255")
+    toml.write_text(text.replace("# unlabelled", "unlabelled").replace('"255" = 255', ""))
+    dataset = read_dataset(str(toml))
+    assert dataset.classes == ("0", "1", "2")
+    assert dataset.entries[0].labels.classes[255] == -1
+    assert found["edits"] == []
+
+
 def test_meshes_that_share_a_label_file_are_told(tmp_path, capsys):
     for split in ("train", "test"):
         write_obj(tmp_path / "raw" / split / "m0.obj", *bumpy(len(split), 1))

@@ -73,7 +73,7 @@ def _suggestions(other: str, by_stem: dict[str, list[str]]) -> list[str]:
 
 
 def _rank(text: str) -> tuple[bool, bool, int, str]:
-    """Of patterns for as many files, those with the name of the mesh come first, then those below, then the shorter."""
+    """Of patterns for as many files, those with the mesh in them come first, then those below, then the shorter."""
     return not re.search(r"\{(stem|name)\}", text), "/.." in text, len(text), text
 
 

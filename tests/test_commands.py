@@ -1,5 +1,6 @@
 """The programs as people call them."""
 
+import contextlib
 import json
 import os
 import re
@@ -13,9 +14,10 @@ import pytest
 from plyfile import PlyData
 from samples import toy_dataset
 from shapes import bumpy, joined, sphere, write_labels, write_obj
+from typer.testing import CliRunner
 
 from meshshard import UsageError, open_dataset
-from meshshard.cli import VERBS
+from meshshard.cli import VERBS, app
 from meshshard_train.commands.predict import predict
 
 
@@ -379,3 +381,27 @@ def test_export_to_diffusionnet_needs_eigenvectors_and_says_so(world):
     assert meshshard(*call, cwd=world)[0] == 0
     with np.load(world / "operators" / "train" / "m0.npz", allow_pickle=False) as found:
         assert found["evecs"].shape == (18, 5)
+
+
+@pytest.mark.parametrize(("typed", "offered"), [("rep", ["reproduce"]), ("view --no", ["--no-open"])])
+def test_a_shell_completes_commands_and_options(typed, offered):
+    asked = {"_MESHSHARD_COMPLETE": "complete_bash", "COMP_WORDS": f"meshshard {typed}"}
+    number = str(len(typed.split()))
+    found = CliRunner().invoke(app, [], prog_name="meshshard", env=asked | {"COMP_CWORD": number}).output
+    assert found.split() == offered
+
+
+@pytest.mark.parametrize("quiet", [True, False])
+def test_help_has_colours_on_a_terminal_unless_they_are_not_wanted(tmp_path, quiet):
+    environment = os.environ | {"TERM": "xterm-256color"} | ({"NO_COLOR": "1"} if quiet else {})
+    leader, follower = os.openpty()
+    call = [sys.executable, "-m", "meshshard", "info", "--help"]
+    done = subprocess.Popen(call, cwd=tmp_path, env=environment, stdout=follower, stderr=follower)
+    os.close(follower)
+    said = b""
+    with contextlib.suppress(OSError):  # how Linux says that nobody writes any more
+        while part := os.read(leader, 4096):
+            said += part
+    os.close(leader)
+    assert done.wait() == 0
+    assert bool(re.search(rb"\x1b\[[\d;]*3\dm", said)) is not quiet

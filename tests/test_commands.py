@@ -29,6 +29,11 @@ def meshshard(*arguments, cwd=None):
     return done.returncode, done.stdout, done.stderr
 
 
+def but_progress(error):
+    """What was told without the lines that come every ten seconds: a busy machine is no fault."""
+    return re.sub(r"(?m)^.+: \d+ of \d+, .* not stored\n", "", error)
+
+
 @pytest.fixture(scope="module")
 def world(tmp_path_factory):
     """A folder with a small labelled data set, its features, and a run."""
@@ -39,7 +44,7 @@ def world(tmp_path_factory):
         write_obj(path, vertices, faces)
         write_labels(path.with_suffix(".seg"), (vertices[faces].mean(axis=1)[:, 1] > 0).astype(int))
     status, out, error = meshshard("features", "raw", "--out", "shards", "--val-fraction", 0.3, cwd=root)
-    assert (status, error) == (0, "")
+    assert (status, but_progress(error)) == (0, "")
     assert out.startswith("raw: 12 stored (12 new), 0 refused, 0 failed")
     settings = ("--epochs", 3, "--batch-vertices", 128, "--rotation-axes", "none", "--precision", "fp32")
     status, out, error = meshshard("train", "shards", "--run", "run", *settings, cwd=root)
@@ -333,7 +338,7 @@ def test_features_with_options_of_the_recipe(tmp_path):
     write_obj(tmp_path / "raw" / "b.obj", *bumpy(3))
     options = ("--components", "bridged", "--spectrum", 5)
     status, out, error = meshshard("features", "raw", *options, cwd=tmp_path)
-    assert (status, error) == (0, "")
+    assert (status, but_progress(error)) == (0, "")
     assert out.strip().endswith("data/features/raw/paper-bridged-spectrum5")
     dataset = open_dataset(tmp_path / "data/features/raw/paper-bridged-spectrum5")
     assert (dataset.recipe.components, dataset.recipe.spectrum) == ("bridged", 5)

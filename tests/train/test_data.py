@@ -9,6 +9,7 @@ from shapes import rotation
 
 from meshshard import UsageError, open_dataset
 from meshshard.recipe import RECIPES
+from meshshard_train.config import SCALINGS
 from meshshard_train.data import epoch_order, packed, quarter_turn, steps_of
 from meshshard_train.inputs import input_size, inputs_of
 from meshshard_train.loading import Loading, Meshes
@@ -28,7 +29,7 @@ def test_inputs_have_the_announced_channels():
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-@pytest.mark.parametrize("name", ["hks", "dihedral", "vertices"])
+@pytest.mark.parametrize("name", ["hks", "dihedral", "vertices", "vertex_areas"])
 def test_a_feature_that_is_not_finite_is_refused_and_not_taken_for_a_constant_one(name, value):
     bad = getattr(sample(0), name).copy()
     bad[3] = value
@@ -51,13 +52,25 @@ def test_min_max_scaling():
     )
 
 
-@pytest.mark.parametrize("scaling", ["log-standard", "min-max"])
+def test_log_area_scaling():
+    """Mean 0 and deviation 1 over the surface; and a vertex that is there twice, with half the area each, is one."""
+    mesh, config = sample(0), replace(CONFIG, scaling="log-area")
+    inputs, share = inputs_of(mesh, config).numpy(), mesh.vertex_areas / mesh.vertex_areas.sum()
+    np.testing.assert_allclose(share @ inputs[:, 6:], np.zeros(17), atol=1e-5)
+    np.testing.assert_allclose(share @ inputs[:, 6:] ** 2, np.ones(17), atol=1e-5)
+    names = ("vertices", "vertex_normals", "dihedral", "hks", "vertex_areas")
+    twice = {name: np.concatenate([getattr(mesh, name), getattr(mesh, name)[:1]]) for name in names}
+    twice["vertex_areas"][[0, -1]] /= 2
+    np.testing.assert_allclose(inputs_of(replace(mesh, **twice), config)[:-1], inputs, atol=1e-5)
+
+
+@pytest.mark.parametrize("scaling", SCALINGS)
 def test_a_constant_channel_becomes_zero(scaling):
     flat = sample(0, dihedral=np.full(18, 0.3, dtype="f4"), hks=np.full((18, 16), 2.0, dtype="f4"))
     assert not inputs_of(flat, replace(CONFIG, scaling=scaling))[:, 6:].any()
 
 
-@pytest.mark.parametrize("scaling", ["log-standard", "min-max"])
+@pytest.mark.parametrize("scaling", SCALINGS)
 def test_vertices_without_a_face_take_no_part_in_scaling(scaling):
     config = replace(CONFIG, scaling=scaling)
     whole = sample(0)

@@ -65,7 +65,7 @@ def trained(dataset, config):
 @pytest.mark.parametrize(
     ("form", "config"),
     [
-        ("onnx", paper("segmentation", precision="fp32", normalisation="batch", backbone="mlp")),
+        ("onnx", paper("segmentation", precision="fp32", scaling="log-area", normalisation="batch", backbone="mlp")),
         ("onnx", official("classification", normalisation="grn", backbone="conv_residual")),
         ("torch", paper("vertex_segmentation", precision="fp32", normalisation="group", backbone="conv")),
     ],

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, fields
 from meshshard.errors import UsageError
 
 TASKS = ("segmentation", "vertex_segmentation", "classification", "correspondence")
-SCALINGS = ("log-standard", "min-max")
+SCALINGS = ("log-standard", "log-area", "min-max")
 NORMALISATIONS = ("layer", "batch", "group", "instance", "grn")
 BACKBONES = ("mlp_residual", "mlp", "conv_residual", "conv")
 SCHEDULES = ("cosine", "constant")
@@ -39,7 +39,8 @@ class TrainConfig:
     functional maps are between the lowest `eigenfunctions` and `map_regularisation` weighs that they commute with the
     Laplacians of meshes of area 1.
     Input. `scaling`: "log-standard" (logarithms of HKS, geodesic and shape diameter; all but positions and normals to
-    mean 0, deviation 1 in each mesh and channel) or "min-max" (to 0..1 in each mesh and channel, as published).
+    mean 0, deviation 1 in each mesh and channel), "log-area" (the same, each vertex weighed by its area: where a mesh
+    has many vertices does not matter) or "min-max" (to 0..1 in each mesh and channel, as published).
     `rotation_axes`: a mesh is turned by a random number of quarter turns about one of these axes, drawn anew each
     epoch; "" for none. `train_fraction`: of
     the training meshes, for few-shot learning; subsets of one seed are nested.

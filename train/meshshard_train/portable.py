@@ -30,6 +30,8 @@ class Portable(nn.Module):
         self.network.pads_to = 1
         self.times = len(best.recipe.times)
         self.inputs = [name for name in FEATURES if name in (*self.config.features, "hks")]
+        if self.config.scaling == "log-area":
+            self.inputs.append("vertex_areas")
         if self.config.task == "segmentation":
             self.inputs.append("faces")
 
@@ -44,6 +46,7 @@ class Portable(nn.Module):
         shape_diameter: Float[Tensor, "V 2"] | None = None,
         dihedral_signed: Float[Tensor, " V"] | None = None,
         dihedral_official: Float[Tensor, "V 3"] | None = None,
+        vertex_areas: Float[Tensor, " V"] | None = None,
         faces: Int[Tensor, "F 3"] | None = None,
     ) -> Float[Tensor, "n K"]:
         """What `OUTPUTS` says. Fields as in `meshshard.Sample`, those that `inputs` names."""
@@ -59,7 +62,8 @@ class Portable(nn.Module):
         }
         stored = {name: values for name in self.config.features if (values := fields[name]) is not None}
         used_V = hks[:, 0] > 0
-        logits = self.network(channels(stored, used_V, self.config.scaling), None, None, used_V)
+        areas_V = used_V.float() if vertex_areas is None else vertex_areas
+        logits = self.network(channels(stored, used_V, areas_V, self.config.scaling), None, None, used_V)
         if self.config.task == "correspondence":
             return logits
         if self.config.task == "classification":
@@ -79,6 +83,9 @@ class Portable(nn.Module):
         for name in self.inputs:
             if name == "faces":
                 found[name] = torch.randint(0, vertices - 1, (faces, 3), generator=generator).to(torch.int32)
+                continue
+            if name == "vertex_areas":
+                found[name] = torch.rand(vertices, generator=generator)
                 continue
             width = FEATURES[name] or self.times
             values_VC = torch.rand(vertices, width, generator=generator) * 2 - (0 if name == "hks" else 1)

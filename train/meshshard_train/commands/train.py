@@ -28,7 +28,7 @@ def train(
     epochs: Annotated[int | None, typer.Option(help="Length of the schedule.")] = None,
     learning_rate: Annotated[float | None, typer.Option(help="Highest learning rate.")] = None,
     features: Annotated[str | None, typer.Option(help="Input features, separated by commas.")] = None,
-    scaling: Annotated[str | None, typer.Option(help="log-standard or min-max.")] = None,
+    scaling: Annotated[str | None, typer.Option(help="log-standard, log-area or min-max.")] = None,
     rotation_axes: Annotated[str | None, typer.Option(help="Axes of quarter turns, as xyz, y, or none.")] = None,
     batch_vertices: Annotated[int | None, typer.Option(help="Vertices packed into a step.")] = None,
     train_fraction: Annotated[

@@ -36,7 +36,7 @@ TOY = Table(
 
 def every_trial():
     seeds = dict.fromkeys(PROTOCOLS, 2)
-    return [trial for table in TABLES.values() for trial in all_trials(table, PROTOCOLS, seeds)]
+    return [trial for table in TABLES.values() for trial in all_trials(table.lines, PROTOCOLS, seeds)]
 
 
 def config_of(trial):
@@ -71,7 +71,7 @@ def test_only_drawn_splits_are_those_of_the_seed():
 
 
 def test_the_first_seed_of_all_lines_comes_first():
-    found = all_trials(TABLES["features"], ("honest",), {"honest": 3})
+    found = all_trials(TABLES["features"].lines, ("honest",), {"honest": 3})
     assert [trial.seed for trial in found] == [0] * 4 + [1] * 4 + [2] * 4
 
 
@@ -133,6 +133,14 @@ def test_what_is_recorded_is_not_done_again_and_pages_show_the_records(toy, tmp_
     assert (out / "minicoseg.png").stat().st_size > 5000
 
 
+def test_one_line_of_a_table(toy, tmp_path):
+    toy("--protocol", "honest", "--seeds", "1", "--line", "two")
+    assert [path.name for path in (tmp_path / "results" / RUNS).iterdir()] == [
+        "toy-paper-epochs=1-features=hks-honest-seed=0.json"
+    ]
+    assert "| one | 50.0 | - |" in (tmp_path / "results/minicoseg.md").read_text()
+
+
 def test_pages_are_written_without_training(toy, tmp_path):
     toy("--protocol", "honest", "--seeds", "1")
     page = tmp_path / "results/minicoseg.md"
@@ -172,7 +180,12 @@ def test_data_that_is_not_what_was_published_has_no_figures(tmp_path, monkeypatc
 
 
 @pytest.mark.parametrize(
-    ("words", "said"), [(["cheese"], "no table 'cheese'"), (["human", "--protocol", "x"], "'x'")]
+    ("words", "said"),
+    [
+        (["cheese"], "no table 'cheese'"),
+        (["human", "--protocol", "x"], "'x'"),
+        (["human", "--line", "x"], "--line 'x': the lines of human are recipe paper, "),
+    ],
 )
 def test_unknown_names_are_refused_with_those_there_are(words, said):
     done = CliRunner().invoke(app, ["reproduce", *words])

@@ -17,6 +17,7 @@ def reproduce(
     table: Annotated[
         str, typer.Argument(help="minicoseg, human, fewshot, features, normalisation, backbone, or shrec11.")
     ],
+    line: Annotated[str | None, typer.Option(help="Only this line of the table, by its name on the page.")] = None,
     protocol: Annotated[str, typer.Option(help="honest, published, or both.")] = "both",
     seeds: Annotated[int, typer.Option(help="Of the honest protocol.", min=1)] = 3,
     published_seeds: Annotated[int, typer.Option(help="Of the published protocol.", min=1)] = 1,
@@ -55,8 +56,13 @@ def reproduce(
         raise UsageError(f"there is no table {table!r}: {', '.join(TABLES)}")
     if protocol not in (*PROTOCOLS, "both"):
         raise UsageError(f"--protocol {protocol!r}: honest, published, or both")
+    chosen = [each for each in TABLES[table].lines if line in (None, each.name)]
+    if not chosen:
+        raise UsageError(
+            f"--line {line!r}: the lines of {table} are {', '.join(e.name for e in TABLES[table].lines)}"
+        )
     protocols = PROTOCOLS if protocol == "both" else (protocol,)
-    trials = all_trials(TABLES[table], protocols, {"honest": seeds, "published": published_seeds})
+    trials = all_trials(chosen, protocols, {"honest": seeds, "published": published_seeds})
     where, root = choose_device(device), raw or Path(os.environ.get(DATA, "../shared/data"))
     for number, trial in enumerate([] if pages_only else trials, start=1):
         typer.echo(f"{number} of {len(trials)}: {trial.name}", err=True)

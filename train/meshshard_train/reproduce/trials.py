@@ -5,7 +5,7 @@ import platform
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -17,7 +17,7 @@ from meshshard.machine import processor
 from meshshard.plain import to_json
 from meshshard_train.config import VOTED, TrainConfig
 from meshshard_train.recipes import RECIPES
-from meshshard_train.reproduce.experiments import Data, Line, Table
+from meshshard_train.reproduce.experiments import Data, Line
 
 PROTOCOLS = ("honest", "published")
 """Honest: epoch and rounds of voting are chosen on validation, and test is looked at once. Published: the best epoch
@@ -79,9 +79,9 @@ def trials_of(line: Line, protocols: tuple[str, ...], seeds: dict[str, int]) -> 
             yield Trial(data=line.data, recipe=line.recipe, settings=settings, protocol=protocol, seed=seed)
 
 
-def all_trials(table: Table, protocols: tuple[str, ...], seeds: dict[str, int]) -> list[Trial]:
-    """Of all lines; the first seed of all, then the second, so that a stopped table has all of its lines."""
-    found = [trial for line in table.lines for trial in trials_of(line, protocols, seeds)]
+def all_trials(lines: Sequence[Line], protocols: tuple[str, ...], seeds: dict[str, int]) -> list[Trial]:
+    """Of some lines; the first seed of all, then the second, so that a stopped table has all of its lines."""
+    found = [trial for line in lines for trial in trials_of(line, protocols, seeds)]
     return sorted(dict.fromkeys(found), key=lambda trial: trial.seed)
 
 

@@ -137,5 +137,5 @@ def _figure(dataset: Dataset, example: Example) -> dict[str, str]:
 
 
 def picture_of(sample: Sample, colours: UInt8[np.ndarray, "F 3"] | UInt8[np.ndarray, "F 3 3"]) -> str:
-    """A mesh as a PNG file in base64."""
-    return b64encode(png_bytes(render(sample.vertices, sample.faces, colours))).decode()
+    """A mesh as a small PNG file in base64."""
+    return b64encode(png_bytes(render(sample.vertices, sample.faces, colours), small=True)).decode()

@@ -25,7 +25,7 @@ def report(
     device: Device = "auto",
     as_json: AsJson = False,
 ) -> None:
-    """Write what there is to know of a run, of several seeds, or of a data set as one HTML file that needs no network.
+    """Write all there is to know of a run, of several seeds, or of a data set as one HTML file without network.
 
     What cannot be shown is said in it, and here, with what to type.
 

@@ -40,16 +40,16 @@ def chart(title: str, across: str, lines: Sequence[Line], marks: Mapping[str, fl
     y_ticks = _ticks([y for _, y in found])
     return {
         "title": shown(title),
-        "summary": "; ".join(_summary(title, across, line.name, points) for line, points in zip(lines, known, strict=True)),
+        "summary": "; ".join(
+            _summary(title, across, line.name, points) for line, points in zip(lines, known, strict=True)
+        ),
         "across": across,
         "width": WIDTH,
         "height": HEIGHT,
         "box": {"left": LEFT, "right": WIDTH - RIGHT, "top": TOP, "bottom": HEIGHT - BOTTOM},
         "x_ticks": [{"at": _across(x, x_ticks), "text": f"{x:g}"} for x in x_ticks],
         "y_ticks": [{"at": _up(y, y_ticks), "text": f"{y:g}"} for y in y_ticks],
-        "marks": [
-            {"at": _across(x, x_ticks), "text": text} for text, x in (marks or {}).items() if math.isfinite(x)
-        ],
+        "marks": [{"at": _across(x, x_ticks), "text": text} for text, x in (marks or {}).items() if math.isfinite(x)],
         "lines": [
             {
                 "name": shown(line.name),

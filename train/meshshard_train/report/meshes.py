@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from jaxtyping import Int
 
 from meshshard import Dataset
 from meshshard.data_card.page import picture_of
@@ -57,37 +58,30 @@ def _figures(judge: Judge, dataset: Dataset, numbers: Sequence[int]) -> list[dic
 
 
 def _figure(judge: Judge, sample: Sample, opinion: Opinion) -> dict[str, Any]:
-    classes = Classes(judge.classes, judge.colours)
-    faces = f"{len(sample.faces):,} faces"
-    said = {LABEL: "", PREDICTION: ""}
-    if judge.element == "mesh":
-        said[LABEL] = judge.classes[int(true_labels(sample, "mesh")[0])]
-        said[PREDICTION] = judge.classes[int(opinion.labels[0])]
-    score = f"{100 * opinion.score:.1f} %"
     return {
         "id": shown(sample.id),
-        "score": score,
-        "faces": faces,
-        "pictures": [
-            {
-                "name": what,
-                "said": shown(said[what]),
-                "image": picture_of(
-                    sample, coloured(what, sample, 0, judge.element, classes, opinion).corners(sample.faces)
-                ),
-                "alt": shown(f"mesh {sample.id}, {faces}, coloured by {what}: {said[what] or _words(what, sample, judge, opinion)}"),
-            }
-            for what in (LABEL, PREDICTION)
-        ],
+        "score": f"{100 * opinion.score:.1f} %",
+        "faces": f"{len(sample.faces):,} faces",
+        "pictures": [_picture(what, judge, sample, opinion) for what in (LABEL, PREDICTION)],
     }
 
 
-def _words(what: str, sample: Sample, judge: Judge, opinion: Opinion) -> str:
-    """Shares of the classes, the largest first."""
+def _picture(what: str, judge: Judge, sample: Sample, opinion: Opinion) -> dict[str, str]:
     labels = opinion.labels if what == PREDICTION else true_labels(sample, judge.element)
+    drawn = coloured(what, sample, 0, judge.element, Classes(judge.classes, judge.colours), opinion)
+    said = judge.classes[int(labels[0])] if judge.element == "mesh" else ""
+    words = said or _shares(labels, judge.classes)
+    return {
+        "name": what,
+        "said": shown(said),
+        "image": picture_of(sample, drawn.corners(sample.faces)),
+        "alt": shown(f"mesh {sample.id}, {what}: {words}"),
+    }
+
+
+def _shares(labels: Int[np.ndarray, " n"], classes: Sequence[str]) -> str:
+    """Of the classes, the largest first."""
     known = labels[labels >= 0]
-    if not len(known):
-        return "nothing labelled"
-    shares = np.bincount(known, minlength=len(judge.classes)) / len(known)
+    shares = np.bincount(known, minlength=len(classes)) / max(len(known), 1)
     order = [int(number) for number in np.argsort(-shares, kind="stable") if shares[number] >= 0.005]
-    return ", ".join(f"{judge.classes[number]} {100 * shares[number]:.0f} %" for number in order)
+    return ", ".join(f"{classes[number]} {100 * shares[number]:.0f} %" for number in order)

@@ -36,7 +36,7 @@ class Report:
 
 
 def run_report(run: Path, data: str | None, count: int, device: torch.device) -> Report:
-    """All of a run. `data`: where its data set is, if not where it was; `count`: meshes shown, the worst and the best.
+    """All of a run. `data`: where its data set is, if not where it was; `count`: how many meshes are shown.
 
     UsageError: no best.safetensors, a file of the run that cannot be read, or `data` is another data set.
     """
@@ -103,7 +103,19 @@ def seeds_report(folder: Path, data: str | None) -> Report:
 
 
 def _blank() -> dict[str, Any]:
-    parts = ("about", "results", "classes", "confusions", "curves", "meshes", "cost", "runs", "split", "protocol", "errors")
+    parts = (
+        "about",
+        "results",
+        "classes",
+        "confusions",
+        "curves",
+        "meshes",
+        "cost",
+        "runs",
+        "split",
+        "protocol",
+        "errors",
+    )
     return dict.fromkeys(parts, ())
 
 
@@ -133,7 +145,9 @@ def _read(path: Path) -> Any:
     try:
         return json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError) as error:
-        raise UsageError(f"{path} cannot be read ({error}): go on with meshshard train, which writes it anew") from error
+        raise UsageError(
+            f"{path} cannot be read ({error}): go on with meshshard train, which writes it anew"
+        ) from error
 
 
 def _checked(path: Path, parts: Callable[[], dict[str, Any]]) -> dict[str, Any]:
@@ -196,7 +210,9 @@ def _of_seeds(folder: Path, summary: dict[str, Any]) -> dict[str, Any]:
     return _blank() | {
         "title": f"Runs {shown(folder.resolve().name)}",
         "about": shown(seeds.about(summary)),
-        "results": [sheet_of(f"Mean, deviation (n - 1) and every run; {summary['protocol']}", seeds.table_rows(summary))],
+        "results": [
+            sheet_of(f"Mean, deviation (n - 1) and every run; {summary['protocol']}", seeds.table_rows(summary))
+        ],
         "runs": sheet_of("Every run", runs),
         "curves": curves(histories, chosen if len(chosen) == 1 else {}),
         "settings": facts("Settings", settings),

@@ -58,7 +58,9 @@ def curves(histories: Mapping[str, Sequence[Mapping[str, Any]]], chosen: Mapping
     first = next(iter(named.values()))[0]
     figure = first["name"]
     unit = "per cent" if first["iou"] else "hundredths of the square root of the area"
-    right = [Line(name or figure, [(row["epoch"], 100 * row["value"]) for row in rows]) for name, rows in named.items()]
+    right = [
+        Line(name or figure, [(row["epoch"], 100 * row["value"]) for row in rows]) for name, rows in named.items()
+    ]
     if first["iou"] and "" in named:
         label = first["iou"][0].replace("_", " ").replace("iou", "IoU")
         right.append(Line(label, [(row["epoch"], 100 * row["iou"][1]) for row in named[""]]))

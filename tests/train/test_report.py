@@ -7,42 +7,32 @@ import shutil
 from dataclasses import replace
 
 import pytest
-import torch
 from html_pages import HOSTILE, TAGS, Page
 from matched import matched_dataset
 from samples import sample, toy_dataset, write_dataset
+from training import CPU, finished_run
 
 from meshshard import UsageError, open_dataset
 from meshshard.files import sha256_of_file
 from meshshard.index import read_index
 from meshshard_train import checkpoint
 from meshshard_train.commands.report import report
-from meshshard_train.loop import train
 from meshshard_train.recipes import official, paper
 from meshshard_train.report.meshes import worst_and_best
-from meshshard_train.results import write_results
 from meshshard_train.seeds import folder_of, write_seeds
 from meshshard_train.state import BEST, publish_config
 from meshshard_train.tables import class_table, main_table
 
-CPU = torch.device("cpu")
 CONFIG = paper("segmentation", epochs=2, batch_vertices=100, precision="fp32")
 TAGS = TAGS | {"section", "nav", "a", "h3", "line", "text", "path"}
 PUBLISHED = "published protocol: epoch chosen on TEST"
-
-
-def finished(folder, run, config=CONFIG):
-    """A run, and its results."""
-    dataset = open_dataset(folder)
-    results, _ = write_results(dataset, run, train(dataset, config, run, CPU), CPU)
-    return results
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """A data set and a run; tests copy what they change."""
     root = tmp_path_factory.mktemp("report")
-    finished(toy_dataset(root / "shards"), root / "run")
+    finished_run(toy_dataset(root / "shards"), root / "run", CONFIG)
     return root
 
 
@@ -159,7 +149,7 @@ def test_names_are_hostile(tmp_path):
     )
     replace(read_index(folder), dataset=HOSTILE, licence=HOSTILE).write(folder)
     run = tmp_path / "<b>run"
-    finished(folder, run)
+    finished_run(folder, run, CONFIG)
     page, text = page_of(run)
     assert {tag for tag, _ in page.tags} <= TAGS
     assert not [name for _, attributes in page.tags for name in attributes if name.startswith("on")]
@@ -232,7 +222,7 @@ def test_a_run_of_before_hardware_was_recorded(world):
 
 def test_the_published_protocol_stands_beside_every_figure(made, tmp_path):
     config = official("segmentation", epochs=1, features=("vertices", "hks"))
-    finished(made / "shards", tmp_path / "run", config)
+    finished_run(made / "shards", tmp_path / "run", config)
     page, _ = page_of(tmp_path / "run")
     titles = re.findall(r"(?:All figures|each class|raw;|voted;|Of 3 meshes)", words(page))
     assert words(page).count(PUBLISHED) >= len(titles)
@@ -242,7 +232,7 @@ def test_whole_meshes(tmp_path):
     samples = [sample(n, labels=None, mesh_label=n % 2) for n in range(10)]
     splits = ["train"] * 4 + ["val"] * 3 + ["test"] * 3
     folder = write_dataset(tmp_path / "shards", samples, splits, task="classification", classes=("odd", "even"))
-    finished(folder, tmp_path / "run", paper("classification", epochs=1, batch_vertices=100, precision="fp32"))
+    finished_run(folder, tmp_path / "run", paper("classification", epochs=1, batch_vertices=100, precision="fp32"))
     page, _ = page_of(tmp_path / "run")
     assert "By probability of its class, raw" in words(page)
     alts = [image["alt"] for image in page.named("img")]
@@ -251,7 +241,7 @@ def test_whole_meshes(tmp_path):
 
 def test_correspondence(tmp_path):
     config = paper("correspondence", epochs=1, eigenfunctions=10, coordinates=8, precision="fp32")
-    results = finished(matched_dataset(tmp_path / "shards"), tmp_path / "run", config)
+    results = finished_run(matched_dataset(tmp_path / "shards"), tmp_path / "run", config)
     page, _ = page_of(tmp_path / "run")
     row = next(row for row in page.rows if row[0] == "test")
     assert row[1] == f"{100 * results['rows']['test']['geodesic_error']:.2f}"
@@ -265,7 +255,7 @@ def test_correspondence(tmp_path):
 def several(made, tmp_path_factory):
     root = tmp_path_factory.mktemp("several") / "runs"
     shards = made / "shards"
-    write_seeds(root, [finished(shards, folder_of(root, seed), replace(CONFIG, seed=seed)) for seed in (3, 4)])
+    write_seeds(root, [finished_run(shards, folder_of(root, seed), replace(CONFIG, seed=seed)) for seed in (3, 4)])
     return root
 
 

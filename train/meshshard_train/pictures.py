@@ -115,7 +115,7 @@ def _bar(figure: Figure, beside: Sequence[Axes], scale: Scale) -> None:
     """A colour bar with three numbers."""
     high = scale.high if scale.high > scale.low else scale.low + 1
     norm = LogNorm(scale.low, high) if scale.logarithmic else Normalize(scale.low, high)
-    colours = ListedColormap(colours_between(np.linspace(0, 1, 256), 0, 1) / 255)
+    colours = ListedColormap(colours_between(np.linspace(0, 1, 256), 0.0, 1.0) / 255)
     place = "bottom" if len(beside) == 1 else "right"
     bar = figure.colorbar(ScalarMappable(norm, colours), ax=list(beside), location=place, shrink=0.8, aspect=30)
     ticks = (np.geomspace if scale.logarithmic else np.linspace)(scale.low, high, 3)

@@ -16,7 +16,8 @@ LEFT, RIGHT, TOP, BOTTOM = 58, 12, 12, 44
 DASHES = ("none", "7 4", "2 3", "10 3 2 3")
 """Lines are told apart without colour; the colours are `--line-0` and so on of the page, as many."""
 
-Points = Sequence[tuple[float, float]]
+Number = float | int
+Points = Sequence[tuple[Number, Number]]
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,9 @@ class Line:
     points: Points
 
 
-def chart(title: str, across: str, lines: Sequence[Line], marks: Mapping[str, float] | None = None) -> dict[str, Any]:
+def chart(
+    title: str, across: str, lines: Sequence[Line], marks: Mapping[str, Number] | None = None
+) -> dict[str, Any]:
     """What `chart` of `report.html` draws. `across`: name of the horizontal axis; `marks`: what stands where on it.
 
     Numbers on the axes are round; both begin and end with one. A chart without a finite number has no lines.
@@ -41,7 +44,8 @@ def chart(title: str, across: str, lines: Sequence[Line], marks: Mapping[str, fl
     return {
         "title": shown(title),
         "summary": "; ".join(
-            _summary(title, across, line.name, points) for line, points in zip(lines, known, strict=True)
+            _summary(title, across, line.name if len(lines) > 1 else "", points)
+            for line, points in zip(lines, known, strict=True)
         ),
         "across": across,
         "width": WIDTH,
@@ -62,7 +66,7 @@ def chart(title: str, across: str, lines: Sequence[Line], marks: Mapping[str, fl
     }
 
 
-def _ticks(values: Sequence[float]) -> list[float]:
+def _ticks(values: Sequence[Number]) -> list[float]:
     low, high = min(values), max(values)
     if low == high:
         low, high = low - (abs(low) or 1) / 2, high + (abs(high) or 1) / 2
@@ -71,11 +75,11 @@ def _ticks(values: Sequence[float]) -> list[float]:
     return [float(f"{tick:.12g}") for tick in ticks]
 
 
-def _across(x: float, ticks: Sequence[float]) -> str:
+def _across(x: Number, ticks: Sequence[float]) -> str:
     return f"{LEFT + (x - ticks[0]) / (ticks[-1] - ticks[0]) * (WIDTH - LEFT - RIGHT):.1f}"
 
 
-def _up(y: float, ticks: Sequence[float]) -> str:
+def _up(y: Number, ticks: Sequence[float]) -> str:
     return f"{HEIGHT - BOTTOM - (y - ticks[0]) / (ticks[-1] - ticks[0]) * (HEIGHT - TOP - BOTTOM):.1f}"
 
 
@@ -91,7 +95,7 @@ def _path(points: Points, x_ticks: Sequence[float], y_ticks: Sequence[float]) ->
 
 
 def _summary(title: str, across: str, name: str, points: Points) -> str:
-    what = shown(f"{title}, {name}" if name != title else title)
+    what = shown(f"{title}, {name}" if name else title)
     if not points:
         return f"{what}: no numbers"
     values = [y for _, y in points]

@@ -49,7 +49,9 @@ def _iou(row: Mapping[str, Any]) -> tuple[str, float] | None:
     return found[0] if found else None
 
 
-def curves(histories: Mapping[str, Sequence[Mapping[str, Any]]], chosen: Mapping[str, float]) -> list[dict[str, Any]]:
+def curves(
+    histories: Mapping[str, Sequence[Mapping[str, Any]]], chosen: Mapping[str, float | int]
+) -> list[dict[str, Any]]:
     """Charts of loss, of what chooses the epoch, and of the learning rate, over epochs. `histories`: by the name of a
     run, "" for one alone; `chosen`: what stands at which epoch."""
     named = {name: rows for name, rows in histories.items() if rows}

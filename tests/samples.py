@@ -39,7 +39,7 @@ def sample(number=0, *, level=1, recipe=PAPER, labels="faces", **names):
         "id": f"mesh{number:03}",
         "source": f"mesh{number:03}.obj",
         "source_sha256": "0" * 64,
-        "key": f"{number:064}",
+        "key": sha256_of(str(number).encode()),
         "label_domain": "face",
         "polygons": len(faces),
     }
@@ -47,7 +47,15 @@ def sample(number=0, *, level=1, recipe=PAPER, labels="faces", **names):
 
 
 def write_dataset(
-    folder: Path, samples, splits, *, task="segmentation", classes=("low", "middle", "high"), recipe=PAPER, cuts=()
+    folder: Path,
+    samples,
+    splits,
+    *,
+    task="segmentation",
+    classes=("low", "middle", "high"),
+    recipe=PAPER,
+    cuts=(),
+    notes=(),
 ):
     """A folder with one shard and its index; with `cuts`, another shard begins at each of these samples."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -70,12 +78,13 @@ def write_dataset(
         splits=tuple(splits),
         split_seed=0,
         val_fraction=0.0,
+        notes=notes,
     )
     index.write(folder)
     return folder
 
 
-def toy_dataset(folder: Path, **changes):
+def toy_dataset(folder: Path, notes=(), **changes):
     """Eight meshes of different size to train with, three each to validate and test."""
     samples = [sample(number, level=number % 3, **changes) for number in range(14)]
-    return write_dataset(folder, samples, ["train"] * 8 + ["val"] * 3 + ["test"] * 3)
+    return write_dataset(folder, samples, ["train"] * 8 + ["val"] * 3 + ["test"] * 3, notes=notes)

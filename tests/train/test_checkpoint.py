@@ -5,8 +5,9 @@ import safetensors.torch
 import torch
 from damage import damaged
 from effort import times
-from samples import PAPER
+from samples import PAPER, toy_dataset
 
+from meshshard import open_dataset
 from meshshard.errors import UsageError
 from meshshard_train import checkpoint
 from meshshard_train.checkpoint import Checkpoint
@@ -81,6 +82,22 @@ def test_what_is_not_there_or_no_file(tmp_path):
         checkpoint.load(tmp_path / "none")
     with pytest.raises(UsageError, match="cannot be read: it is no regular file"):
         checkpoint.load(tmp_path)
+    (tmp_path / "seed-3").mkdir()
+    (tmp_path / "seed-3/none").touch()
+    with pytest.raises(UsageError, match=r"is not there; name the run of one seed, as .*seed-3"):
+        checkpoint.load(tmp_path / "none")
+
+
+@pytest.mark.parametrize("change", [{"net.extra": torch.ones(1)}, {"net.head.0.weight": torch.ones(2)}])
+def test_weights_of_another_network_are_refused(made, change):
+    with pytest.raises(UsageError, match=r"weights do not fit its network .*: another version wrote it; train anew"):
+        replace(made, tensors=made.tensors | change).network()
+
+
+def test_features_of_another_version_are_told(made, tmp_path):
+    dataset = open_dataset(toy_dataset(tmp_path / "data"))
+    older = replace(made, classes=dataset.classes, state={"algorithm_version": 0})
+    assert older.clashes(dataset) == ["algorithm version: 0 against 1"]
 
 
 @pytest.mark.parametrize(
@@ -91,6 +108,7 @@ def test_what_is_not_there_or_no_file(tmp_path):
         {"features": ("colour",)},
         {"scaling": "x"},
         {"epochs": 0},
+        {"epochs": 10**6 + 1},
         {"learning_rate": 0.0},
         {"drop_path": 1.0},
         {"rotation_axes": "w"},

@@ -31,6 +31,14 @@ def untrained(task, **settings):
     )
 
 
+def test_a_network_that_diverged_is_refused(tmp_path):
+    learned = untrained("segmentation", voting_rounds=0)
+    broken = replace(learned, tensors={name: value * float("nan") for name, value in learned.tensors.items()})
+    dataset = open_dataset(write_dataset(tmp_path, [sample(3)], ["test"]))
+    with pytest.raises(UsageError, match="outputs for mesh003 are not finite: its training diverged; train anew"):
+        list(judge_of(broken, tmp_path / "best.safetensors", dataset, CPU).opinions([0]))
+
+
 def judged(folder, learned, samples, rounds=0, **settings):
     dataset = open_dataset(write_dataset(folder, samples, ["test"] * len(samples), **settings))
     judge = judge_of(

@@ -75,13 +75,13 @@ def test_a_fraction_is_written_either_way(text, value):
         assert resolved("paper", "segmentation", None, given["assignments"], named).train_fraction == value
 
 
-@pytest.mark.parametrize("text", ["a tenth", "1/0", "1/2/3", "", "nan"])
+@pytest.mark.parametrize("text", ["a tenth", "1/0", "1/2/3", ""])
 def test_what_is_no_fraction_is_refused(text):
     with pytest.raises(UsageError, match=f"train_fraction is a number, not {text!r}"):
         resolved("paper", "segmentation", None, [], {"train_fraction": text})
 
 
-@pytest.mark.parametrize("text", ["0", "2/1", "-1/2", "1.5"])
+@pytest.mark.parametrize("text", ["0", "2/1", "-1/2", "1.5", "nan"])
 def test_a_fraction_is_above_0_and_at_most_1(text):
     with pytest.raises(UsageError, match="train_fraction is above 0 and at most 1, not"):
         resolved("paper", "segmentation", None, [], {"train_fraction": text})

@@ -2,8 +2,10 @@
 
 import json
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ from meshshard_train.reproduce import experiments, trials
 from meshshard_train.reproduce.experiments import TABLES, Data, Line, Table
 from meshshard_train.reproduce.figures import mean_and_deviation
 from meshshard_train.reproduce.pages import END, START, write_pages
-from meshshard_train.reproduce.trials import PROTOCOLS, RUNS, Trial, all_trials, shards_of
+from meshshard_train.reproduce.trials import PROTOCOLS, RUNS, Trial, all_trials, record_of, shards_of
 from meshshard_train.settings import resolved
 
 RESULTS = Path(__file__).parents[2] / "docs/results"
@@ -132,9 +134,41 @@ def test_what_is_recorded_is_not_done_again_and_pages_show_the_records(toy, tmp_
 
 
 def test_pages_are_written_without_training(toy, tmp_path):
+    toy("--protocol", "honest", "--seeds", "1")
+    page = tmp_path / "results/minicoseg.md"
+    before = page.read_text()
+    assert "| one | 50.0 | - | stated |" in before
+    page.unlink()
+    shutil.rmtree(tmp_path / "work")
     toy("--pages")
-    assert "| one | 50.0 | - | stated | - | - | 0.0 |" in (tmp_path / "results/minicoseg.md").read_text()
+    assert page.read_text() == before
     assert not (tmp_path / "work").exists()
+
+
+@pytest.mark.parametrize("content", [b"{", b"{}", b"[]", b'{"name": "another"}'])
+def test_a_file_that_is_no_record_is_refused_by_name(tmp_path, content):
+    trial = Trial(data=Data(name="a"), recipe="paper", settings=(), protocol="honest", seed=0)
+    (tmp_path / RUNS).mkdir()
+    (tmp_path / RUNS / f"{trial.name}.json").write_bytes(content)
+    with pytest.raises(UsageError, match=rf"{trial.name}\.json is .*record.*delete it"):
+        record_of(tmp_path, trial)
+
+
+def test_a_page_whose_tables_have_no_end_is_left_alone(tmp_path):
+    (tmp_path / "README.md").write_text(f"# Ours\n{START}my notes\n")
+    with pytest.raises(UsageError, match="without <!-- end of what it made -->"):
+        write_pages(tmp_path)
+    assert (tmp_path / "README.md").read_text().endswith("my notes\n")
+
+
+def test_data_that_is_not_what_was_published_has_no_figures(tmp_path, monkeypatch):
+    folder = tmp_path / "a-split-0"
+    folder.mkdir()
+    toy_dataset(folder, notes=("7 of 381 training meshes",))
+    monkeypatch.setattr(trials.subprocess, "run", lambda *_, **__: SimpleNamespace(returncode=0, stderr=""))
+    trial = Trial(data=Data(name="a", raw="b"), recipe="paper", settings=(), protocol="honest", seed=0)
+    with pytest.raises(UsageError, match="not the data that was published: 7 of 381 training meshes"):
+        shards_of(trial, tmp_path, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -157,10 +191,9 @@ def test_committed_pages_are_those_of_the_committed_records(tmp_path):
     for path in (RESULTS / RUNS).glob("*.json"):
         (tmp_path / RUNS / path.name).write_bytes(path.read_bytes())
     (tmp_path / "README.md").write_bytes((RESULTS / "README.md").read_bytes())
-    for page in RESULTS.glob("*.md"):
-        if page.stem in TABLES:
-            write_pages(tmp_path, page.stem)
-        assert (tmp_path / page.name).read_text() == page.read_text()
+    write_pages(tmp_path)
+    written = {path.name: path.read_text() for path in tmp_path.glob("*.md")}
+    assert written == {path.name: path.read_text() for path in RESULTS.glob("*.md")}
 
 
 def test_committed_records_are_of_todays_settings():

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 from meshshard import UsageError, open_dataset
 from meshshard.cli import app
+from meshshard.files import sha256_of_file
 from meshshard_train import pictures
 from meshshard_train.commands.progress import progress_bar
 from meshshard_train.commands.shared import print_results
@@ -135,7 +136,7 @@ def test_forty_classes_with_long_names_fit_too(task, capsys, tmp_path):
     results = {"dataset": "x", "recipe": "paper", "seed": 0, "epoch": 1, "voting_rounds": 1, "rounds_set": False}
     rows = {"test": row | {f"voted_{name}": value for name, value in row.items()}}
     results |= {"task": task, "protocol": "p", "classes": classes, "rows": rows}
-    results |= {"config": {"votes_itself": True}, "trained_on": {"test": 0}}
+    results |= {"config": {"votes_itself": True}, "meshes_trained": 1, "trained_on": {"test": 0}, "chosen_by": {}}
     print_results(results | {"per_class": {"test": dict.fromkeys(kinds, of)}})
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
@@ -159,8 +160,11 @@ def test_evaluate_says_what_training_said_and_rounds_can_be_set(finished):
 
 def test_evaluate_refuses_by_name(finished, tmp_path):
     run = finished["run"]
-    with pytest.raises(UsageError, match=r"no meshes in the split 'tset' \(test: 3, train: 8, val: 3\)"):
+    others = "--split test, --split train, --split val"
+    with pytest.raises(UsageError, match=f"no meshes in the split 'tset'; there are: {others}"):
         called("evaluate", run, "--split", "tset")
+    with pytest.raises(UsageError, match=rf"is a file: name the folder of its run, as meshshard evaluate {run}"):
+        called("evaluate", run / "best.safetensors")
     samples = [sample(n) for n in range(3)]
     other = write_dataset(tmp_path / "classes", samples, ["train", "val", "test"], classes=("a", "b", "c"))
     with pytest.raises(UsageError, match=r"classes: \('low', 'middle', 'high'\) against \('a', 'b', 'c'\)"):
@@ -176,14 +180,22 @@ def test_evaluate_refuses_by_name(finished, tmp_path):
 
 
 def test_a_run_that_is_not_finished_has_no_rounds_but_those_that_are_set(finished, tmp_path):
-    shutil.copy(finished["run"] / "best.safetensors", tmp_path)
+    best = Path(shutil.copy(finished["run"] / "best.safetensors", tmp_path))
     if finished["config"] is PAPER:
         with pytest.raises(UsageError, match="is not finished"):
             called("evaluate", tmp_path)
         (tmp_path / "results.json").write_text("{}")
         with pytest.raises(UsageError, match="cannot be read"):
             called("evaluate", tmp_path)
-    assert "2 rounds of voting" in called("evaluate", tmp_path, "--rounds", 2)
+        (tmp_path / "results.json").write_text(
+            f'{{"checkpoint_sha256": "{sha256_of_file(best)}", "voting_rounds": -1}}'
+        )
+        with pytest.raises(UsageError, match="voting_rounds is 0 or more, not -1; go on with meshshard train"):
+            called("evaluate", tmp_path)
+        (tmp_path / "results.json").unlink()
+    said = " ".join(called("evaluate", tmp_path, "--rounds", 2).split())
+    assert "2 rounds of voting" in said
+    assert "the run is not finished" in said
 
 
 def test_classes_that_no_training_mesh_has_are_told(tmp_path, capsys):
@@ -211,6 +223,28 @@ def test_figures_of_meshes_that_were_trained_on_say_so(finished):
     assert "were trained on" not in of_test
     of_val = " ".join(called("evaluate", finished["run"], "--split", "val").split())
     assert ("of the meshes of val were trained on" in of_val) == (finished["config"] is OFFICIAL)
+
+
+def test_a_split_that_chose_the_epoch_for_another_says_so(finished, folder, tmp_path):
+    """The same meshes, whose splits for validation and test are exchanged."""
+    samples = [open_dataset(folder)[number] for number in range(14)]
+    other = write_dataset(tmp_path / "b", samples, ["train"] * 8 + ["test"] * 3 + ["val"] * 3)
+    found = json.loads(called("evaluate", finished["run"], "--data", other, "--json"))
+    said = " ".join(called("evaluate", finished["run"], "--data", other).split())
+    if finished["config"] is OFFICIAL:  # it trains on validation too, and test chooses
+        assert (found["trained_on"], found["chosen_by"]) == ({"test": 3}, {})
+    else:
+        assert (found["trained_on"], found["chosen_by"]) == ({"test": 0}, {"test": 3})
+        assert "3 of the meshes of test chose the epoch" in said
+
+
+def test_data_that_was_moved_away_is_asked_for(tmp_path):
+    dataset = open_dataset(toy_dataset(tmp_path / "data"))
+    train(dataset, replace(PAPER, epochs=1), tmp_path / "run", CPU)
+    (tmp_path / "data").rename(tmp_path / "moved")
+    with pytest.raises(UsageError, match="data, which is not there: name its shards with --data FOLDER"):
+        called("evaluate", tmp_path / "run", "--rounds", 0)
+    assert "1 round of voting" in called("evaluate", tmp_path / "run", "--rounds", 1, "--data", tmp_path / "moved")
 
 
 def test_every_key_and_figure_is_documented(finished):

@@ -53,7 +53,7 @@ def test_killed_at_the_worst_moments_one_after_the_other(world, tmp_path):
     """While last is the previous already and there is none; while there is no best; and before metrics.jsonl."""
     run = tmp_path / "run"
     shutil.copytree(world / "begun", run)
-    before = 1 + 1 + steps(world / "data", 1)  # metrics again, start, steps
+    before = 1 + 1 + 1 + steps(world / "data", 1)  # config and metrics again, start, steps
     assert died(world / "data", run, before + 3)
     assert not (run / "last.safetensors").exists()
     assert died(world / "data", run, before + 2 + 3)  # there is no last to move aside

@@ -32,7 +32,9 @@ def test_the_later_wins(tmp_path):
         ('epochs = "x"', "epochs is a whole number, not 'x'"),
         ("epochs = 1.5", "epochs is a whole number, not 1.5"),
         ("votes_itself = 1", "votes_itself is true or false, not 1"),
-        ("task = 1", "no training setting is called 'task'"),
+        ("task = 1", "my.toml: task is no setting: it follows from --recipe and the data set"),
+        ("colour = 1", "my.toml: no training setting is called 'colour'"),
+        (f"learning_rate = {10**400}", "learning_rate is a number, not 1000"),
         ("epochs = ", "is no TOML file that can be read"),
     ],
 )
@@ -46,7 +48,8 @@ def test_mistakes_in_a_file_are_told(tmp_path, text, message):
     ("assignment", "message"),
     [
         ("ema", "--set ema: it is written NAME=VALUE"),
-        ("warmup_epochs=1e400", "warmup_epochs is a number, not '1e400'"),
+        ("warmup_epochs=1e400", "warmup_epochs is 0 or more, not inf"),
+        ("warmup_epochs=many", "warmup_epochs is a number, not 'many'"),
         ("ema=1/0", "ema is a number, not '1/0'"),
         ("votes_itself=maybe", "votes_itself is true or false, not 'maybe'"),
         ("colour=red", "--set: no training setting is called 'colour'"),

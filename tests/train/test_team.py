@@ -8,7 +8,6 @@ import sys
 import time
 from dataclasses import replace
 
-import numpy as np
 import pytest
 import torch
 from samples import sample, write_dataset
@@ -133,10 +132,10 @@ def test_processes_share_the_cores_unless_told_otherwise(monkeypatch, omp, threa
     assert taken == ([threads] if threads else [])
 
 
-def torchrun(data, run):
+def torchrun(data, run, *more):
     """`meshshard train` by two processes."""
     command = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node", 2, "-m", "--"]
-    command += ["meshshard", "train", data, "--run", run, *SETTINGS]
+    command += ["meshshard", "train", data, "--run", run, *SETTINGS, *more]
     return subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
 
 
@@ -152,13 +151,15 @@ def test_torchrun_gives_the_losses_of_one_process_and_results_once(tmp_path):
 
 
 def test_torchrun_tells_once_which_meshes_have_no_finite_loss(tmp_path):
-    """A shard with NaN in a feature that only `verify --full` reads."""
-    samples = [sample(n, level=n % 3) for n in range(14)]
-    samples[5] = sample(5, level=2, vertex_normals=np.full((66, 3), np.nan, dtype="f4"))
-    data = write_dataset(tmp_path / "data", samples, SPLITS)
-    done = torchrun(data, tmp_path / "run")
+    """After a first step that is far too long."""
+    data = write_dataset(tmp_path / "data", [sample(n, level=n % 3) for n in range(14)], SPLITS)
+    dataset, config = open_dataset(data), paper("segmentation", batch_vertices=80)
+    members = steps_of(dataset.splits["train"], dataset.vertex_counts, config, 0)[1]
+    assert len(members) > 1  # both processes have some
+    done = torchrun(data, tmp_path / "run", "--learning-rate", "1e20")
     assert done.returncode != 0
-    message = "epoch 0: the loss is not finite on ['mesh005']; lower --learning-rate in another --run, or check"
+    names = sorted(dataset.ids[number] for number in members)
+    message = f"epoch 0: the loss is not finite on {names}; lower --learning-rate in another --run, or check"
     assert " ".join(done.stderr.split()).count(message) == 1
     assert done.stderr.count("error:") == 1
     assert not list((tmp_path / "run").glob("*.safetensors"))

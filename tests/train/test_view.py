@@ -27,7 +27,7 @@ def run(tmp_path):
     shards = toy_dataset(tmp_path / "shards")
     config = paper("segmentation", precision="fp32", voting_rounds=2)
     tensors = {f"net.{k}": v for k, v in network_for(config, len(PAPER.times), 3).state_dict().items()}
-    state = {"folder": str(shards), "colours": ["#000000", "#FF0000", "#00FF00"]}
+    state = {"folder": str(shards), "colours": ["#000000", "#FF0000", "#00FF00"], "algorithm_version": 1}
     names = {"classes": ("low", "middle", "high"), "recipe": PAPER, "splits_sha256": "", "content_sha256": ""}
     (tmp_path / "run").mkdir()
     torch.manual_seed(0)

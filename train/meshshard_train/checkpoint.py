@@ -44,6 +44,9 @@ class Checkpoint:
             lines.append(f"classes: {self.classes} against {dataset.classes}")
         if self.recipe != dataset.recipe:
             lines.append(f"feature recipe: {self.recipe.to_json()} against {dataset.recipe.to_json()}")
+        made, learned = dataset.index.algorithm_version, self.state["algorithm_version"]
+        if made != learned:
+            lines.append(f"algorithm version: {learned} against {made}")
         return lines
 
     def other_data(self, dataset: Dataset) -> list[str]:
@@ -56,9 +59,17 @@ class Checkpoint:
         return lines
 
     def network(self) -> TaskDrivenNet:
-        """The network with these weights, in evaluation mode."""
+        """The network with these weights, in evaluation mode. UsageError: they are those of another network."""
         network = network_for(self.config, len(self.recipe.times), len(self.classes))
-        network.load_state_dict({k.removeprefix("net."): v for k, v in self.tensors.items() if k.startswith("net.")})
+        weights = {k.removeprefix("net."): v for k, v in self.tensors.items() if k.startswith("net.")}
+        try:
+            network.load_state_dict(weights)
+        except RuntimeError as error:
+            why = " ".join(str(error).split())
+            raise UsageError(
+                f"the checkpoint's weights do not fit its network ({why}): another version wrote it; train anew, "
+                "or install that version"
+            ) from error
         return network.eval()
 
 
@@ -145,7 +156,11 @@ def load(path: Path) -> Checkpoint:
         with open_regular(path) as stream:
             file = stream.read()
     except FileNotFoundError:
-        raise UsageError(f"{path} is not there; train first: meshshard train DATASET") from None
+        seeds = sorted(path.parent.glob(f"seed-*/{path.name}"))
+        advice = (
+            f"name the run of one seed, as {seeds[0].parent}" if seeds else "train first: meshshard train DATASET"
+        )
+        raise UsageError(f"{path} is not there; {advice}") from None
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from error
     try:

@@ -94,7 +94,7 @@ class TrainConfig:
             "coordinates": (self.coordinates >= 1, "1 or more"),
             "eigenfunctions": (self.eigenfunctions >= 1, "1 or more"),
             "map_regularisation": (self.map_regularisation > 0, "above 0"),
-            "epochs": (self.epochs >= 1, "1 or more"),
+            "epochs": (1 <= self.epochs <= 10**6, "from 1 to a million"),
             "warmup_epochs": (self.warmup_epochs >= 0, "0 or more"),
             "schedule": (self.schedule in SCHEDULES, f"one of {', '.join(SCHEDULES)}"),
             "learning_rate": (self.learning_rate > 0, "above 0"),

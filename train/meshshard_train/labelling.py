@@ -13,13 +13,12 @@ import numpy as np
 import torch
 
 from meshshard import Dataset, UsageError
-from meshshard.files import sha256_of_file
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import VOTED
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.predict import predictions
 from meshshard_train.prediction_files import Outputs, write_mesh
-from meshshard_train.results import RESULTS, rounds_of
+from meshshard_train.results import is_finished, rounds_of
 from meshshard_train.state import BEST
 from meshshard_train.voting import neighbours, vote
 
@@ -35,12 +34,8 @@ def known_rounds(best: Checkpoint, run: Path) -> int | None:
     meshes are classified; None where nothing is known of them."""
     config = best.config
     file, folder = (run, run.parent) if run.is_file() else (run / BEST, run)
-    told = config.voting_rounds >= 0 or config.task not in VOTED or _results_are_of(file, folder / RESULTS)
+    told = config.voting_rounds >= 0 or config.task not in VOTED or (file.name == BEST and is_finished(folder))
     return rounds_of(folder, config) if told else None
-
-
-def _results_are_of(file: Path, results: Path) -> bool:
-    return results.exists() and sha256_of_file(file) in results.read_text()
 
 
 def outputs_of(best: Checkpoint, rounds: int, *, pictures: bool) -> Outputs:

@@ -21,7 +21,7 @@ from meshshard_train.evaluate import evaluate
 from meshshard_train.loading import Loading, Meshes, Timed
 from meshshard_train.loss import logits_of, mesh_losses
 from meshshard_train.matching import evaluate_matching
-from meshshard_train.members import JUDGES, judging_numbers, training_numbers
+from meshshard_train.members import JUDGES, judging_numbers, keys_of, training_numbers
 from meshshard_train.schedule import is_over, learning_rate
 from meshshard_train.state import LAST, State, publish_config, publish_epoch, resume, save, started
 from meshshard_train.tasks import check_task
@@ -71,6 +71,7 @@ def train(
     state = started(
         checkpoint.network_for(config, len(dataset.recipe.times), len(dataset.classes)).to(device), config
     )
+    state.trained, state.judges = keys_of(dataset, numbers), keys_of(dataset, judges)
     run.mkdir(parents=True, exist_ok=True)
     resume(run, state, dataset, config)
     if compiling:

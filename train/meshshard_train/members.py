@@ -43,6 +43,11 @@ def judging_numbers(dataset: Dataset, config: TrainConfig) -> Sequence[int]:
     return numbers
 
 
+def keys_of(dataset: Dataset, numbers: Sequence[int]) -> list[str]:
+    """What identifies meshes in any data set and under any name: the first 16 digits of their cache keys."""
+    return [dataset.index.keys[number][:16] for number in numbers]
+
+
 def split_of(dataset: Dataset, name: str) -> Sequence[int]:
     """The meshes of a split. UsageError: there are none."""
     numbers = dataset.splits.get(name, ())

@@ -7,6 +7,7 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor
 
+from meshshard import UsageError
 from meshshard_train.data import Batch
 from meshshard_train.device import autocast
 from meshshard_train.loading import Meshes
@@ -17,7 +18,8 @@ from meshshard_train.model import TaskDrivenNet
 def predictions(
     network: TaskDrivenNet, meshes: Meshes, numbers: Sequence[int]
 ) -> Iterator[tuple[int, Int[np.ndarray, " n"], Float[np.ndarray, "n K"]]]:
-    """(number, classes, probabilities) of each sample: a row for each face or vertex, or one row for the mesh."""
+    """(number, classes, probabilities) of each sample: a row for each face or vertex, or one row for the mesh.
+    UsageError: the network gives no finite numbers for one, because its training diverged."""
     network.eval()
     task = meshes.config.task
     for batch in meshes.evaluation_batches(numbers):
@@ -25,6 +27,11 @@ def predictions(
             logits = logits_of(network(batch.features_VC, batch.mesh_V, None, batch.used_V), batch, task)
             probabilities = logits.float().softmax(1).cpu()
         for number, rows in zip(batch.numbers, _per_mesh(probabilities, batch, task), strict=True):
+            if not rows.isfinite().all():
+                raise UsageError(
+                    f"the network's outputs for {meshes.dataset.ids[number]} are not finite: its training diverged; "
+                    "train anew, in another --run, with a lower --learning-rate"
+                )
             yield number, rows.argmax(1).numpy(), rows.numpy()
 
 

@@ -86,15 +86,27 @@ def results_of(
 
 
 def rounds_of(run: Path, config: TrainConfig) -> int:
-    """Rounds of voting of a finished run: as configured, or as its validation split chose them; 0 without voting."""
+    """Rounds of voting of a finished run: as configured, or as its validation split chose them; 0 without voting.
+    UsageError: they are not known, because the run is not finished, or results.json is of another checkpoint."""
     if config.voting_rounds >= 0 or config.task not in VOTED:
         return max(config.voting_rounds, 0)
+    if not is_finished(run):
+        raise UsageError(f"{run} is not finished: {RESULTS} is not of its {BEST}; go on with meshshard train")
+    rounds = json.loads((run / RESULTS).read_bytes())["voting_rounds"]
+    if type(rounds) is not int or rounds < 0:
+        raise UsageError(f"{run / RESULTS}: voting_rounds is 0 or more, not {rounds!r}; go on with meshshard train")
+    return rounds
+
+
+def is_finished(run: Path) -> bool:
+    """Whether results.json is of the run's best checkpoint. UsageError: it is there and is no such table."""
     try:
-        return int(json.loads((run / RESULTS).read_bytes())["voting_rounds"])
+        found = json.loads((run / RESULTS).read_bytes())
+        return bool(found["checkpoint_sha256"] == sha256_of_file(run / BEST))
     except FileNotFoundError:
-        raise UsageError(f"{run} is not finished: there is no {RESULTS}; go on with meshshard train") from None
-    except (OSError, ValueError, KeyError) as error:
-        raise UsageError(f"{run / RESULTS} cannot be read ({error}): write it again with meshshard train") from error
+        return False
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise UsageError(f"{run / RESULTS} cannot be read ({error!r}): go on with meshshard train") from error
 
 
 def _per_class(confusion: Confusion, classes: Sequence[str]) -> dict[str, dict[str, float]]:

@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from statistics import fmean, stdev
 from typing import Any
+
+import numpy as np
 
 from meshshard.files import publish
 from meshshard.plain import to_json
@@ -41,8 +42,8 @@ def _figures(rows: Sequence[dict[str, Any]]) -> dict[str, dict[str, Any]]:
     for name, value in rows[0].items():
         if isinstance(value, float):
             values = [row[name] for row in rows]
-            deviation = stdev(values) if len(values) > 1 else float("nan")
-            found[name] = {"mean": fmean(values), "deviation": deviation, "values": values}
+            deviation = float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
+            found[name] = {"mean": float(np.mean(values)), "deviation": deviation, "values": values}
     return found
 
 

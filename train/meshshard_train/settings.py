@@ -3,7 +3,6 @@
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +38,7 @@ def _of_file(path: Path) -> dict[str, Any]:
         table = tomllib.loads(path.read_text())
     except FileNotFoundError:
         raise UsageError(f"{path}: no such file") from None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise UsageError(f"{path} is no TOML file that can be read: {error}") from error
     return {name: _value(name, value, str(path)) for name, value in table.items()}
 
@@ -49,6 +48,8 @@ def _value(name: str, value: Any, place: str) -> Any:
     types = {f.name: f.type for f in fields(TrainConfig) if f.name not in FIXED}
     where = f"{place}: " if place else ""
     if name not in types:
+        if name in FIXED:
+            raise UsageError(f"{where}{name} is no setting: it follows from --recipe and the data set")
         raise UsageError(f"{where}no training setting is called {name!r}; there are {', '.join(types)}")
     kind = types[name]
     if name == "features":
@@ -63,14 +64,20 @@ def _value(name: str, value: Any, place: str) -> Any:
         try:
             if kind is bool:
                 return {"true": True, "false": False}[value.lower()]
-            return float(Fraction(value)) if kind is float else kind(value)
-        except (KeyError, ValueError, ZeroDivisionError, OverflowError):
+            return _number(value) if kind is float else kind(value)
+        except (KeyError, ValueError, ZeroDivisionError):
             raise UsageError(f"{where}{name} is {WORDS[kind]}, not {value!r}") from None
-    if kind is float and type(value) is int:
+    if kind is float and type(value) is int and abs(value) < 2**63:
         return float(value)
     if type(value) is not kind:
         raise UsageError(f"{where}{name} is {WORDS[kind]}, not {value!r}")
     return value
+
+
+def _number(text: str) -> float:
+    """Of text such as 0.1, 1e-3 or 1/100."""
+    above, _, below = text.partition("/")
+    return float(above) / float(below or 1)
 
 
 WORDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text"}

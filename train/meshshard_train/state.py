@@ -25,7 +25,8 @@ LAST, BEST, METRICS, CONFIG = "last.safetensors", "best.safetensors", "metrics.j
 class State:
     """Where a run is. `average`: the moving average of the weights, by name, empty without one. `epoch`, `step`: the
     next to be done; `updates`: steps of all epochs. Of the epoch so far, `loss`: sum of the losses; `seen`: meshes;
-    `seconds`: the time it took, of which `waited` for data. `forward`: what is called to train the network, itself if
+    `seconds`: the time it took, of which `waited` for data. `trained`, `judges`: `members.keys_of` meshes that are
+    learned from, and that choose the epoch. `forward`: what is called to train the network, itself if
     it is not compiled."""
 
     network: TaskDrivenNet
@@ -39,6 +40,8 @@ class State:
     seen: int = 0
     seconds: float = 0.0
     waited: float = 0.0
+    trained: list[str] = field(default_factory=list)
+    judges: list[str] = field(default_factory=list)
     forward: Callable[..., Tensor] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -89,6 +92,8 @@ def to_checkpoint(state: State, dataset: Dataset, config: TrainConfig) -> Checkp
             "dataset": dataset.name,
             "colours": list(dataset.index.colours),
             "algorithm_version": dataset.index.algorithm_version,
+            "trained": state.trained,
+            "judges": state.judges,
         },
     )
 
@@ -105,9 +110,8 @@ def save(path: Path, state: State, dataset: Dataset, config: TrainConfig) -> Non
 
 
 def publish_config(run: Path, config: TrainConfig) -> None:
-    """Publish config.json, all settings of a run, where it is not there."""
-    if not (run / CONFIG).exists():
-        publish(run / CONFIG, to_json(asdict(config)).encode() + b"\n")
+    """Publish config.json, all settings of a run."""
+    publish(run / CONFIG, to_json(asdict(config)).encode() + b"\n")
 
 
 def publish_epoch(run: Path, state: State, dataset: Dataset, config: TrainConfig) -> None:

@@ -31,8 +31,10 @@ def about(results: dict[str, Any]) -> str:
         count = results["voting_rounds"]
         voting = f", {count} round{'s' * (count != 1)} of voting{' (set by --rounds)' * results['rounds_set']}"
         voting += " among neighbours only" * (not results["config"]["votes_itself"])
-    run = f"{results['dataset']}, recipe {results['recipe']}, seed {results['seed']}"
-    return f"{run}: epoch {results['epoch']}{voting}; {results['protocol']}{said_of_training(results)}"
+    learned = f"learned from {results['meshes_trained']} meshes"
+    run = f"{results['dataset']}, recipe {results['recipe']}, {learned}, seed {results['seed']}"
+    unfinished = "" if results.get("finished", True) else "; the run is not finished"
+    return f"{run}: epoch {results['epoch']}{voting}; {results['protocol']}{said_of_training(results)}{unfinished}"
 
 
 def main_table(results: dict[str, Any]) -> Rows:

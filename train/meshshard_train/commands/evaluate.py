@@ -1,5 +1,6 @@
 """meshshard evaluate: the figures of a run on a split."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -30,13 +31,17 @@ def evaluate(
     from meshshard_train.evaluate import evaluate as run_evaluation
     from meshshard_train.loading import Loading, Meshes
     from meshshard_train.matching_results import matching_results
-    from meshshard_train.members import split_of
-    from meshshard_train.results import results_of, rounds_of
+    from meshshard_train.results import is_finished, results_of, rounds_of
     from meshshard_train.state import BEST
     from meshshard_train.tasks import check_task
 
+    if run.is_file():
+        raise UsageError(f"{run} is a file: name the folder of its run, as meshshard evaluate {run.parent}")
     best = checkpoint.load(run / BEST)
-    dataset = open_dataset(locate(data or best.state["folder"]))
+    trained_on = Path(best.state["folder"])
+    if data is None and not trained_on.exists():
+        raise UsageError(f"{run} was trained on {trained_on}, which is not there: name its shards with --data FOLDER")
+    dataset = open_dataset(locate(data or str(trained_on)))
     check_task(dataset, best.config)
     if clashes := best.clashes(dataset) if data else best.other_data(dataset):
         raise UsageError(
@@ -45,7 +50,9 @@ def evaluate(
         )
     if rounds is not None and best.config.task not in VOTED:
         raise UsageError(f"--rounds is for {' and '.join(VOTED)}, and {run} is a run for {best.config.task}")
-    numbers = split_of(dataset, split)
+    if not (numbers := dataset.splits.get(split, ())):
+        others = ", ".join(f"--split {name}" for name, members in dataset.splits.items() if name and members)
+        raise UsageError(f"{dataset.folder} has no meshes in the split {split!r}; there are: {others or 'no splits'}")
     where = choose_device(device)
     if best.config.task == "correspondence":
         errors = matching_results(best, dataset, [split], where)
@@ -54,7 +61,7 @@ def evaluate(
     chosen = rounds_of(run, best.config) if rounds is None else rounds
     network, meshes = best.network().to(where), Meshes(dataset, best.config, where, Loading())
     found = {split: run_evaluation(network, meshes, numbers, [chosen])}
-    results = results_of(best, dataset, found, chosen, rounds_set=rounds is not None)
+    results = results_of(best, dataset, found, chosen, rounds_set=rounds is not None) | {"finished": is_finished(run)}
     if as_json:
         typer.echo(to_json(results))
     else:

@@ -61,6 +61,7 @@ def reproduce(
     for number, trial in enumerate([] if pages_only else trials, start=1):
         typer.echo(f"{number} of {len(trials)}: {trial.name}", err=True)
         if record_of(out, trial) is not None:
+            typer.echo("recorded: not done again", err=True)
             continue
         shards = shards_of(trial, root, work / "features")
         dataset = open_dataset(shards)
@@ -70,6 +71,6 @@ def reproduce(
         commands = [trial.prepare_command(Path(DATA), SHARDS), trial.train_command(config.task, SHARDS)]
         told = [f"meshshard {shlex.join(command)}" for command in commands]
         write_record(out, trial, dataset, made[0], told, hardware(where))
-        write_pages(out, table)
-    for path in write_pages(out, table):
+        write_pages(out)
+    for path in write_pages(out):
         typer.echo(str(path))

@@ -26,7 +26,7 @@ class Runs:
     def values(self, figure: str, split: str = "test") -> list[float]:
         """One figure of every run, in %; none where it is not there."""
         rows = [record["results"]["rows"].get(split, {}) for record in self.records]
-        return [100 * row[figure] for row in rows if figure in row]
+        return [100 * row[figure] for row in rows if row.get(figure) is not None]
 
     @property
     def goal(self) -> float | None:

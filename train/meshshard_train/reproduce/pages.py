@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from meshshard import UsageError
 from meshshard.files import publish
 from meshshard_train.reproduce.experiments import TABLES
 from meshshard_train.reproduce.figures import Runs, mean_and_deviation, runs_of
@@ -19,19 +20,23 @@ COLUMNS = (
 )
 
 
-def write_pages(folder: Path, name: str) -> list[Path]:
-    """Write the page and the plot of a table, and the tables in README.md; name them."""
+def write_pages(folder: Path) -> list[Path]:
+    """Write the page and the plot of every table that has a run, and the tables in README.md; name them. UsageError:
+    README.md has the mark where they begin, but not the one where they end."""
     folder.mkdir(parents=True, exist_ok=True)
-    page, picture = folder / f"{name}.md", folder / f"{name}.png"
-    lines = runs_of(folder, TABLES[name])
-    plot(picture, TABLES[name].title, lines)
-    publish(page, page_of(name, lines).encode())
+    tables = {name: runs_of(folder, table) for name, table in TABLES.items()}
+    begun = {name: lines for name, lines in tables.items() if any(r.records for by in lines for r in by.values())}
     readme = folder / "README.md"
     text = readme.read_text() if readme.exists() else f"# Results\n\n{START}{END}"
-    before, _, rest = text.partition(START)
-    _, _, after = rest.partition(END)
-    publish(readme, f"{before}{START}{overview(folder)}{END}{after}".encode())
-    return [page, picture, readme]
+    before, start, rest = text.partition(START)
+    _, end, after = rest.partition(END)
+    if start and not end:
+        raise UsageError(f"{readme} has the line {START.strip()} without {END.strip()} after its tables: put it back")
+    for name, lines in begun.items():
+        plot(folder / f"{name}.png", TABLES[name].title, lines)
+        publish(folder / f"{name}.md", page_of(name, lines).encode())
+    publish(readme, f"{before}{START}{_overview(begun)}{END}{after}".encode())
+    return [*(folder / f"{name}.{kind}" for name in begun for kind in ("md", "png")), readme]
 
 
 def page_of(name: str, lines: Sequence[dict[str, Runs]]) -> str:
@@ -54,14 +59,12 @@ def page_of(name: str, lines: Sequence[dict[str, Runs]]) -> str:
     )
 
 
-def overview(folder: Path) -> str:
-    """All tables that have a run, without their runs."""
-    parts = [COLUMNS]
-    for name, table in TABLES.items():
-        lines = runs_of(folder, table)
-        if any(runs.records for by_protocol in lines for runs in by_protocol.values()):
-            parts += [f"## [{table.title}]({name}.md)", markdown_table([HEAD, *map(_row, lines)])]
-    return "\n\n".join(parts) + "\n"
+def _overview(tables: dict[str, list[dict[str, Runs]]]) -> str:
+    """The tables, without their runs."""
+    parts = [COLUMNS] if tables else []
+    for name, lines in tables.items():
+        parts += [f"## [{TABLES[name].title}]({name}.md)", markdown_table([HEAD, *map(_row, lines)])]
+    return "".join(f"{part}\n\n" for part in parts)
 
 
 def _row(by_protocol: dict[str, Runs]) -> list[str]:

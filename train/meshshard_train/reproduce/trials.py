@@ -11,7 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from meshshard import Dataset, UsageError, __version__
+from meshshard import Dataset, UsageError, __version__, open_dataset
 from meshshard.files import publish
 from meshshard.machine import processor
 from meshshard.plain import to_json
@@ -87,21 +87,34 @@ def all_trials(table: Table, protocols: tuple[str, ...], seeds: dict[str, int]) 
 
 def shards_of(trial: Trial, raw: Path, folder: Path) -> Path:
     """Its shards, made or brought up to date by `meshshard features` in a process of its own. UsageError: it made
-    none."""
+    none, or not of all meshes, or says that they are not those that were published."""
     out = folder / f"{trial.data.label}-split-{trial.split_seed}"
     command = trial.prepare_command(raw, out)
     done = subprocess.run(
         [sys.executable, "-m", "meshshard", *command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     )
-    if done.returncode > 1:  # 1: some meshes were refused, which their index tells and so does the record
+    if done.returncode:
         raise UsageError(f"meshshard {shlex.join(command)}: {done.stderr.strip()}")
+    if notes := open_dataset(out).index.notes:
+        raise UsageError(
+            f"{trial.data.name} in {raw / trial.data.raw} is not the data that was published: {'; '.join(notes)}. "
+            "Its figures would not be comparable: put the missing meshes there"
+        )
     return out
 
 
 def record_of(folder: Path, trial: Trial) -> dict[str, Any] | None:
-    """What is recorded of a training, None if nothing."""
+    """What is recorded of a training, None if nothing. UsageError: it is no record of it."""
     path = folder / RUNS / f"{trial.name}.json"
-    return json.loads(path.read_bytes()) if path.exists() else None
+    if not path.exists():
+        return None
+    try:
+        record: dict[str, Any] = json.loads(path.read_bytes())
+        if record["name"] != trial.name:
+            raise UsageError(f"{path} is the record of {record['name']}: delete it, and the training is done again")
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise UsageError(f"{path} is no record ({error!r}): delete it, and the training is done again") from error
+    return record
 
 
 def write_record(
@@ -118,7 +131,6 @@ def write_record(
         "hardware": f"{hardware}; {processor()}",
         "versions": {"meshshard": __version__, "python": platform.python_version(), "torch": version("torch")},
         "meshes": {split: len(numbers) for split, numbers in dataset.splits.items()},
-        "refused": len(dataset.index.refused) + len(dataset.index.failed),
         "shards_sha256": [shard.sha256 for shard in dataset.index.shards],
         "results": results,
     }

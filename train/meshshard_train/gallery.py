@@ -1,7 +1,7 @@
 """Meshes of a data set in rows, coloured alike, from the same side: a picture for an article or a page."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,13 +63,24 @@ def draw_gallery(
         panels,
         columns=columns,
         title=title,
-        legend=list(dict.fromkeys(entry for row in rows for entry in row.legend)),
+        legend=_legend(dict(zip(colours, rows, strict=True))),
         scales=[
             Scale(name=row.scale[0], low=row.scale[1], high=row.scale[2], logarithmic=row.scale[3], panels=own)
             for row, own in zip(rows, places, strict=True)
             if row.scale
         ],
     )
+
+
+def _legend(rows: Mapping[str, _Row]) -> list[tuple[str, str]]:
+    """Every entry once. What is right and wrong is named after its row where classes have colours too."""
+    alone = not any(row.legend for colour, row in rows.items() if colour != ERRORS)
+    found = [
+        (shade, name if alone or colour != ERRORS else f"{ERRORS}: {name}")
+        for colour, row in rows.items()
+        for shade, name in row.legend
+    ]
+    return list(dict.fromkeys(found))
 
 
 def spread(numbers: Sequence[int], count: int) -> list[int]:

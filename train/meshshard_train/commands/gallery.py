@@ -77,4 +77,5 @@ def gallery(
         ids = [dataset.ids[number] for number in numbers]
         typer.echo(to_json({"file": str(out), "bytes": out.stat().st_size, "meshes": ids}))
         return
-    typer.echo(f"{out}: {len(numbers)} meshes, {out.stat().st_size:,} bytes")
+    meshes = f"{len(numbers)} mesh{'es' * (len(numbers) > 1)}"
+    typer.echo(f"{out}: {meshes}, {out.stat().st_size:,} bytes")

@@ -1,18 +1,25 @@
 """`meshshard gallery`: rows of meshes as a picture."""
 
 import json
+import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 from matplotlib.figure import Figure
 from PIL import Image
-from samples import sample, toy_dataset, write_dataset
+from samples import PAPER, sample, toy_dataset, write_dataset
 
 from meshshard import UsageError
+from meshshard.index import read_index
 from meshshard.palette import COLOURS, VIRIDIS
 from meshshard_train import pictures
+from meshshard_train.checkpoint import Checkpoint, network_for, save
 from meshshard_train.commands.gallery import gallery
-from meshshard_train.gallery import spread
+from meshshard_train.gallery import _legend, _Row, spread
+from meshshard_train.recipes import paper
+from meshshard_train.state import BEST, publish_config
 
 
 @pytest.fixture
@@ -27,6 +34,52 @@ def drawn(monkeypatch):
 @pytest.fixture(scope="module")
 def shards(tmp_path_factory):
     return toy_dataset(tmp_path_factory.mktemp("gallery") / "shards")
+
+
+def untrained(folder, shards, task, classes):
+    """The folder of a run that has learned nothing."""
+    config = paper(task, precision="fp32", voting_rounds=0)
+    torch.manual_seed(0)
+    tensors = {f"net.{k}": v for k, v in network_for(config, len(PAPER.times), len(classes)).state_dict().items()}
+    names = {"classes": classes, "recipe": PAPER, "splits_sha256": "", "content_sha256": ""}
+    state = {"folder": str(shards), "colours": [], "algorithm_version": 1, "trained": [], "judges": []}
+    folder.mkdir()
+    save(folder / BEST, Checkpoint(tensors=tensors, config=config, state=state, **names))
+    publish_config(folder, config)
+    return folder
+
+
+def test_a_run_has_predictions_below_labels(shards, drawn, tmp_path):
+    run = untrained(tmp_path / "run", shards, "segmentation", ("low", "middle", "high"))
+    gallery(str(run), tmp_path / "a.png")
+    assert titles(drawn[0])[:3] == ["mesh011", "mesh012", "mesh013"]
+    assert all(re.fullmatch(r"predicted, [\d.]+ % right", title) for title in titles(drawn[0])[3:])
+    assert drawn[0].get_suptitle() == "toy, test; epoch chosen on validation"
+    gallery(str(run), tmp_path / "b.png", colour=["errors"], split="train", count=2)
+    assert set(legend(drawn[1])) <= {"right", "wrong"}
+    with pytest.raises(UsageError, match="has no split 'dev'"):
+        gallery(str(run), tmp_path / "a.png", split="dev")
+
+
+def test_a_run_whose_data_has_gone_asks_for_it(drawn, tmp_path):
+    run = untrained(tmp_path / "run", tmp_path / "gone", "segmentation", ("low", "middle", "high"))
+    with pytest.raises(UsageError, match="which is not there: name its shards with --data FOLDER"):
+        gallery(str(run), tmp_path / "a.png")
+    plain = [sample(n, level=1, labels="none") for n in range(2)]
+    other = write_dataset(tmp_path / "plain", plain, ["train"] * 2, task="unlabelled", classes=())
+    with pytest.raises(UsageError, match="has no split 'test'"):
+        gallery(str(run), tmp_path / "a.png", data=str(other))
+    gallery(str(run), tmp_path / "a.png", data=str(other), split="train")
+    assert titles(drawn[0]) == ["mesh000", "mesh001", "predicted", "predicted"]
+    assert "unlabelled" in legend(drawn[0])
+
+
+def test_whole_meshes_are_named_by_their_class(drawn, tmp_path):
+    samples = [sample(n, labels=None, mesh_label=n % 2) for n in range(2)]
+    shards = write_dataset(tmp_path / "s", samples, ["test"] * 2, task="classification", classes=("odd", "even"))
+    gallery(str(untrained(tmp_path / "run", shards, "classification", ("odd", "even"))), tmp_path / "a.png")
+    assert titles(drawn[0])[:2] == ["mesh000", "mesh001"]
+    assert set(titles(drawn[0])[2:]) <= {"odd", "even"}
 
 
 def titles(figure):
@@ -84,6 +137,14 @@ def test_without_labels_heat_is_drawn_even_where_it_is_the_same_everywhere(drawn
         gallery(str(shards), tmp_path / "b.png", colour=["label"])
 
 
+def test_right_and_wrong_are_named_apart_from_classes():
+    panels = {"panels": []}
+    classes, verdicts = _Row(**panels, legend=[("#D55E00", "leg")]), _Row(**panels, legend=[("#D55E00", "wrong")])
+    both = _legend({"label": classes, "prediction": classes, "errors": verdicts})
+    assert both == [("#D55E00", "leg"), ("#D55E00", "errors: wrong")]
+    assert _legend({"errors": verdicts, "hks": _Row(**panels)}) == [("#D55E00", "wrong")]
+
+
 def test_what_cannot_be_drawn_is_refused(shards, tmp_path):
     for wrong, what in (
         ({"colour": ["prediction"]}, "--colour prediction is for the folder of a run"),
@@ -98,6 +159,13 @@ def test_what_cannot_be_drawn_is_refused(shards, tmp_path):
     with pytest.raises(UsageError, match="--out is the PNG file"):
         gallery(str(shards), tmp_path / "a.pdf")
     assert not (tmp_path / "a.png").exists()
+
+
+def test_an_empty_data_set_is_refused(tmp_path):
+    folder = toy_dataset(tmp_path / "shards")
+    replace(read_index(folder), shards=(), ids=(), keys=(), splits=()).write(folder)
+    with pytest.raises(UsageError, match="holds no mesh"):
+        gallery(str(folder), tmp_path / "a.png")
 
 
 def test_meshes_are_evenly_spread():

@@ -112,11 +112,10 @@ def test_the_worst_and_the_best_meshes_are_shown_with_label_and_prediction(made)
     few = worst_and_best(best, made / "run", dataset, [3], 5, CPU)
     assert [group["title"] for group in few["groups"]] == ["Worst"]
     page, _ = page_of(made / "run", meshes=4)
-    alts = [
-        image["alt"] for image in page.named("img") if ", label: " in image["alt"] or ", prediction: " in image["alt"]
-    ]
-    assert len(alts) == 6  # of three meshes in test
-    assert all(re.fullmatch(r"mesh mesh\d{3}, (label|prediction): (low|middle|high) \d+ %.*", alt) for alt in alts)
+    alts = [image["alt"] for image in page.named("img") if re.search(", (label|prediction|errors): ", image["alt"])]
+    assert len(alts) == 9  # of three meshes in test
+    shares, wrong = r"(label|prediction): (low|middle|high) \d+ %.*", r"errors: [\d.]+ % wrong"
+    assert all(re.fullmatch(rf"mesh mesh\d{{3}}, ({shares}|{wrong})", alt) for alt in alts)
 
 
 def test_meshes_without_labels_have_no_place(made, tmp_path):
@@ -237,6 +236,7 @@ def test_whole_meshes(tmp_path):
     assert "By probability of its class, raw" in words(page)
     alts = [image["alt"] for image in page.named("img")]
     assert any(re.fullmatch(r"mesh mesh\d{3}, prediction: (odd|even)", alt) for alt in alts)
+    assert "errors" not in " ".join(alts)
 
 
 def test_correspondence(tmp_path):

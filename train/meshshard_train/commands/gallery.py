@@ -69,7 +69,7 @@ def gallery(
 
     numbers = spread(select(dataset, split, id or []), count)
     if not numbers:
-        raise UsageError(f"{dataset.folder} has no mesh to draw in the split {split!r}: choose another with --split")
+        raise UsageError(f"{dataset.folder} holds no mesh: all were refused, see meshshard status {dataset.folder}")
     usual = ["label", "prediction"] if judge else ["label"] if dataset.classes else ["hks"]
     out.parent.mkdir(parents=True, exist_ok=True)
     draw_gallery(out, dataset, numbers, colour or usual, judge, columns=columns, title=title)

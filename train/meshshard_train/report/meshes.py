@@ -13,7 +13,7 @@ from meshshard import Dataset
 from meshshard.data_card.page import picture_of
 from meshshard.data_card.tables import shown
 from meshshard.sample import Sample
-from meshshard.view.colouring import LABEL, PREDICTION, Classes, coloured
+from meshshard.view.colouring import ERRORS, LABEL, PREDICTION, Classes, coloured
 from meshshard.view.opinion import Judge, Opinion, true_labels
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.judging import judge_of
@@ -24,8 +24,8 @@ def worst_and_best(
     best: Checkpoint, run: Path, dataset: Dataset, numbers: Sequence[int], count: int, device: torch.device
 ) -> dict[str, Any]:
     """What `meshes` of `report.html` shows: up to `count` meshes of these, half of them the worst, half the best,
-    labels beside predictions after the run's rounds of voting. Every mesh is judged; those without labels have no
-    place, and their number is told."""
+    labels beside predictions after the run's rounds of voting, and where these are wrong. Every mesh is judged; those
+    without labels have no place, and their number is told."""
     judge = judge_of(best, run, dataset, device)
     scores = [opinion.score for opinion in judge.opinions(numbers)]
     order = sorted(
@@ -43,6 +43,7 @@ def worst_and_best(
     ]
     return {
         "score": judge.score,
+        "parts": judge.element != "mesh",
         "rounds": known_rounds(best, run),
         "judged": len(order),
         "unlabelled": len(scores) - len(order),
@@ -62,7 +63,10 @@ def _figure(judge: Judge, sample: Sample, opinion: Opinion) -> dict[str, Any]:
         "id": shown(sample.id),
         "score": f"{100 * opinion.score:.1f} %",
         "faces": f"{len(sample.faces):,} faces",
-        "pictures": [_picture(what, judge, sample, opinion) for what in (LABEL, PREDICTION)],
+        "pictures": [
+            _picture(what, judge, sample, opinion)
+            for what in (LABEL, PREDICTION, *[ERRORS] * (judge.element != "mesh"))
+        ],
     }
 
 
@@ -71,6 +75,8 @@ def _picture(what: str, judge: Judge, sample: Sample, opinion: Opinion) -> dict[
     drawn = coloured(what, sample, 0, judge.element, Classes(judge.classes, judge.colours), opinion)
     said = judge.classes[int(labels[0])] if judge.element == "mesh" else ""
     words = said or _shares(labels, judge.classes)
+    if what == ERRORS:
+        words = f"{100 * (1 - opinion.score):.1f} % wrong"
     return {
         "name": what,
         "said": shown(said),

@@ -16,7 +16,6 @@ from meshshard_train import checkpoint, loop
 from meshshard_train.loading import Loading
 from meshshard_train.loop import train
 from meshshard_train.recipes import paper
-from meshshard_train.results import write_results
 from meshshard_train.state import BEST, LAST
 from meshshard_train.team import joined
 
@@ -43,12 +42,6 @@ def outcome(run):
 def train_here(data, run, config=CONFIG, **more):
     """`train` on one processor core."""
     return train(open_dataset(data), config, run, CPU, **more)
-
-
-def finished_run(data, run, config):
-    """Train, evaluate and write; the content of results.json."""
-    dataset = open_dataset(data)
-    return write_results(dataset, run, train(dataset, config, run, CPU), CPU)[0]
 
 
 def run_in_child(target, *arguments):

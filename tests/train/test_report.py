@@ -7,10 +7,11 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from finished import finished_run
 from html_pages import HOSTILE, TAGS, Page
 from matched import matched_dataset
 from samples import sample, toy_dataset, write_dataset
-from training import CPU, finished_run
+from training import CPU
 
 from meshshard import UsageError, open_dataset
 from meshshard.files import sha256_of_file

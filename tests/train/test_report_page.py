@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 from accessible import findings
+from finished import finished_run
 from samples import sample, toy_dataset, write_dataset
-from training import finished_run
 
 from meshshard_train.commands.report import report
 from meshshard_train.recipes import paper

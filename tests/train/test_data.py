@@ -142,8 +142,11 @@ def test_wrong_data_sets_are_refused_by_name(tmp_path):
     dataset = open_dataset(toy_dataset(tmp_path))
     with pytest.raises(UsageError, match="is a data set for segmentation, the run is for classification"):
         check_task(dataset, paper("classification"))
-    with pytest.raises(UsageError, match="has no dihedral_official: its recipe is paper"):
+    advice = "type meshshard features toy --recipe official, and train on data/features/toy/official"
+    with pytest.raises(UsageError, match=f"has no dihedral_official: its recipe is paper; {advice}"):
         check_task(dataset, paper("segmentation", features=("dihedral_official",)))
+    with pytest.raises(UsageError, match=r"has no dihedral_signed: .*; compute features with a recipe that has it"):
+        check_task(dataset, paper("segmentation", features=("dihedral_signed",)))
     folder = write_dataset(tmp_path / "none", [sample(0, labels=None)], ["train"])
     with pytest.raises(UsageError, match="has shards without face_labels"):
         check_task(open_dataset(folder), CONFIG)

@@ -37,11 +37,11 @@ def check_task(dataset: Dataset, config: TrainConfig) -> None:
         _check_spectra(dataset, config, fields)
     for name in config.features:
         if name not in fields:
-            advice = f"--recipe {RECIPES_WITH[name]}" if name in RECIPES_WITH else "a recipe that computes it"
-            raise UsageError(
-                f"{dataset.folder} has no {name}: its recipe is {dataset.recipe.name}; run meshshard features with "
-                + advice
-            )
+            advice = "compute features with a recipe that has it (docs/features.md)"
+            if recipe := RECIPES_WITH.get(name):
+                there = f"data/features/{dataset.name}/{recipe}"
+                advice = f"type meshshard features {dataset.name} --recipe {recipe}, and train on {there}"
+            raise UsageError(f"{dataset.folder} has no {name}: its recipe is {dataset.recipe.name}; {advice}")
 
 
 def _check_spectra(dataset: Dataset, config: TrainConfig, fields: frozenset[str]) -> None:

@@ -26,6 +26,7 @@ from meshshard.recipe import Recipe
 from meshshard.schema import ATTRIBUTES, FIELDS
 from meshshard_prep.datasets import ADAPTERS, read_dataset
 from meshshard_prep.datasets.own.keys import KEYS
+from meshshard_prep.fetch.sources import source_of
 from meshshard_train.config import TrainConfig
 from meshshard_train.recipes import RECIPES
 from meshshard_train.settings import FIXED
@@ -141,6 +142,10 @@ def test_every_data_set_has_a_page(name):
     assert f"Task: {adapter.task}" in text
     for part in (*adapter.licence.split("; "), *adapter.citation.split("; ")):
         assert part in text
+    assert "**Get it:**" in text
+    if source := source_of(adapter):
+        shared = [other for other, found in ADAPTERS.items() if source_of(found) is source]
+        assert any(f"`meshshard fetch {other}" in text for other in shared), shared
     assert "## Layout" in text
     assert "## Traps" in text
     assert "**Source:**" in text

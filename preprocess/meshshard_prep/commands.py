@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from meshshard.commands import FEATURES, AsJson
+from meshshard.commands import FEATURES, AsJson, locate
 from meshshard.plain import print_table, to_json
 from meshshard.remote import local_folder, to_path
 
@@ -150,9 +150,7 @@ def features(
 
 
 def status(
-    dataset: Annotated[
-        str, typer.Argument(help="Folder with index.json, or what `features` takes: a name, a folder, a .toml file.")
-    ],
+    dataset: Annotated[str, typer.Argument(help="As for `info` or for `features`: a folder, a name, a .toml file.")],
     raw: Raw = None,
     out: Out = None,
     recipe: RecipeName = "paper",
@@ -176,6 +174,8 @@ def status(
     from meshshard_prep.datasets import ADAPTERS
 
     folder, missing = to_path(dataset), ""
+    if dataset not in ADAPTERS and not folder.exists():
+        folder = locate(dataset)  # a name that a .toml file gave
     raw_dataset: RawDataset | None = None
     if (folder / INDEX_NAME).is_file():
         index = read_index(folder)

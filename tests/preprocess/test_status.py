@@ -4,12 +4,14 @@ import json
 import re
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from faults import compute_or_fault
 from shapes import FAMILY, bumpy, sphere, write_labels, write_obj
 
+from meshshard.errors import UsageError
 from meshshard.files import lock_folder
 from meshshard.index import read_index
 from meshshard.recipe import RECIPES
@@ -124,6 +126,18 @@ def test_estimates_are_near_what_is_stored(tmp_path):
     assert 0.6 < estimated.bytes / stored < 1.5
     assert 0.1 < estimated.seconds / report.mesh_seconds < 10
     assert estimate([], PAPER).seconds == 0
+
+
+def test_a_name_that_a_toml_file_gave(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_obj(tmp_path / "raw" / "a.obj", *sphere(0))
+    (tmp_path / "bones.toml").write_text('name = "bones"\nraw = "raw"\n')
+    with pytest.raises(UsageError, match=r"no features of 'bones'.*compute them with: meshshard features bones"):
+        verb("bones", as_json=True)
+    go(tmp_path / "bones.toml", Path("data/features/bones/paper"))
+    verb("bones", as_json=True)
+    table = json.loads(capsys.readouterr().out)
+    assert (table["stored"], table["plan"]["fresh"]) == (1, 1)
 
 
 def test_an_estimate_survives_bad_meshes(tmp_path):

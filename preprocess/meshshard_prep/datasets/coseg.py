@@ -54,7 +54,7 @@ def read_all(root: Path) -> RawDataset:
     return joined("coseg", [(shape, f"coseg_{shape}", read_set(root, shape)) for shape in PARTS])
 
 
-def _adapter(name: str, summary: str, read: Callable[[Path], RawDataset]) -> Adapter:
+def _adapter(name: str, summary: str, read: Callable[[Path], RawDataset], **expected: int) -> Adapter:
     return Adapter(
         name=name,
         page="coseg",
@@ -63,12 +63,13 @@ def _adapter(name: str, summary: str, read: Callable[[Path], RawDataset]) -> Ada
         citation=f"{CITATION}; archive: Milano et al. 2020 (PD-MeshNet)",
         origin="PD-MeshNet's COSEG archive: the folders coseg_aliens, coseg_chairs and coseg_vases",
         read=read,
+        expected=expected,
     )
 
 
 ADAPTERS = (
     _adapter("coseg", "COSEG aliens, chairs and vases as one data set, 11 parts", read_all),
-    _adapter("coseg_aliens", "COSEG aliens, 4 parts", lambda root: read_set(root, "aliens")),
+    _adapter("coseg_aliens", "COSEG aliens, 4 parts", lambda root: read_set(root, "aliens"), train=169),
     _adapter("coseg_chairs", "COSEG chairs, 3 parts", lambda root: read_set(root, "chairs")),
     _adapter("coseg_vases", "COSEG vases, 4 parts", lambda root: read_set(root, "vases")),
 )

@@ -1,5 +1,6 @@
 """The verb `fetch`."""
 
+import shlex
 import sys
 from collections import Counter
 from dataclasses import asdict
@@ -54,8 +55,9 @@ def fetch(
     if source is None:
         raise UsageError(f"{dataset} cannot be fetched: {adapter.origin}")
     folder = out.resolve() if out else Path("data/raw") / (adapter.folder or dataset)
+    then = f"meshshard features {dataset}" + f" --raw {shlex.quote(str(folder))}" * bool(out)
     if is_there(folder) and not force:
-        _report(dataset, folder, None, as_json)
+        _report(dataset, folder, None, then, as_json)
         return
     _accept(adapter, source, assign(dataset, source, given), folder, yes)
     try:
@@ -65,7 +67,7 @@ def fetch(
         raise UsageError(
             f"stopped; what was loaded is kept in {working_folder(folder)}: the same command goes on from there"
         ) from None
-    _report(dataset, folder, done, as_json)
+    _report(dataset, folder, done, then, as_json)
 
 
 def _accept(adapter: "Adapter", source: "Source", given: dict[str, list[Path]], folder: Path, yes: bool) -> None:
@@ -91,7 +93,7 @@ def _accept(adapter: "Adapter", source: "Source", given: dict[str, list[Path]], 
         raise UsageError("not accepted; nothing was loaded")
 
 
-def _report(name: str, folder: Path, done: "Fetched | None", as_json: bool) -> None:
+def _report(name: str, folder: Path, done: "Fetched | None", then: str, as_json: bool) -> None:
     if as_json:
         table: dict[str, object] = {"name": name, "folder": str(folder), "fetched": done is not None}
         if done:
@@ -109,4 +111,4 @@ def _report(name: str, folder: Path, done: "Fetched | None", as_json: bool) -> N
     counts = Counter(entry.split for entry in done.dataset.entries)
     meshes = ", ".join(f"{count} {split}".strip() for split, count in counts.items())
     typer.echo(f"{name}: {meshes} meshes, {len(done.dataset.classes)} classes -> {folder}")
-    typer.echo(f"next: meshshard features {name}")
+    typer.echo(f"next: {then}")

@@ -26,9 +26,9 @@ FORMS: dict[str, Callable[[bytes, str, str], Written]] = {
 
 
 def offered(data: bytes, suffix: str) -> list[tuple[str, str, str]]:
-    """Form, name and domain of each labelling that a mesh file itself may hold: the integer properties of a PLY that
-    are neither geometry nor colour; groups and materials of an OBJ, where its faces are in two or more. `suffix` is
-    that of the file's name. Empty for what is no mesh."""
+    """Form, name and domain of each labelling that a mesh file itself may hold: the properties of a PLY that are
+    neither geometry nor colour, and whole numbers; groups and materials of an OBJ, where faces are in two or more.
+    `suffix` is that of the file's name. Empty for what is no mesh."""
     try:
         kind = format_of(data, "", suffix)
         if kind == "PLY":

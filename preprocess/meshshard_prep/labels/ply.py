@@ -5,6 +5,7 @@ import codecs
 import numpy as np
 
 from meshshard_prep.formats.ply import read_rows
+from meshshard_prep.formats.ply_columns import Column
 from meshshard_prep.formats.ply_header import GEOMETRY, INTEGERS, Header, is_ply, read_header
 from meshshard_prep.labels.written import Written, bad_label, whole_numbers
 
@@ -64,14 +65,36 @@ def _scalars(header: Header) -> list[str]:
 
 
 def properties(data: bytes, place: str) -> list[tuple[str, str]]:
-    """Name for `read_ply`, and domain, of each integer property that may be labels: no geometry, no colour."""
-    header = read_header(data.removeprefix(codecs.BOM_UTF8), place)
+    """Name for `read_ply`, and domain, of each property that may be labels: no geometry, no colour, and integers, or
+    floating-point numbers that are whole and not all alike, as programs write labels that know no others."""
+    data = data.removeprefix(codecs.BOM_UTF8)
+    header = read_header(data, place)
     found = [
-        (element, column.name)
+        (element, number, column)
         for element in ELEMENTS
         if element in header.elements
-        for column in header.elements[element].properties
-        if not column.length_type and column.type in INTEGERS and column.name.lower() not in NO_LABELS
+        for number, column in enumerate(header.elements[element].properties)
+        if not column.length_type and column.name.lower() not in NO_LABELS
     ]
-    names = [name for _, name in found]
-    return [(name if names.count(name) == 1 else f"{element} {name}", element) for element, name in found]
+    if any(column.type not in INTEGERS for _, _, column in found):
+        rows = read_rows(data, header, place)
+        found = [each for each in found if each[2].type in INTEGERS or _are_labels(rows[each[0]][each[1]])]
+    names = [column.name for _, _, column in found]
+    return [
+        (column.name if names.count(column.name) == 1 else f"{element} {column.name}", element)
+        for element, _, column in found
+    ]
+
+
+def _are_labels(values: Column) -> bool:
+    assert isinstance(values, np.ndarray)
+    return bool(np.all(np.isfinite(values) & (values == np.round(values)))) and len(np.unique(values)) > 1
+
+
+def left_out(data: bytes, place: str) -> list[str]:
+    """Properties of faces and vertices that are neither geometry nor offered as labels; empty for what is no PLY."""
+    data = data.removeprefix(codecs.BOM_UTF8)
+    if not is_ply(data):
+        return []
+    known = {*GEOMETRY, *(name.split()[-1] for name, _ in properties(data, place))}
+    return [name for name in _scalars(read_header(data, place)) if name.split()[-1] not in known]

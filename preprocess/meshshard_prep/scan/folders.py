@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import PurePosixPath
 
 from meshshard_prep.datasets.folder import SPLIT_FOLDERS
@@ -13,17 +13,22 @@ from meshshard_prep.datasets.own.mesh_labels import FOLDER, TOP_FOLDER, class_fo
 @dataclass(frozen=True, kw_only=True)
 class ClassFolders:
     """`meshes`: folder that may be a class -> its meshes. `which`: "folder", the nearest to a mesh, or "top folder".
-    `sure`: splits are laid out by class, and so nothing else can be meant."""
+    `sure`: splits are laid out by class, and so nothing else can be meant. `outermost`: with "folder", the outermost
+    folders where these may be the classes instead, else none."""
 
     meshes: Mapping[str, int]
     which: str
     sure: bool
+    outermost: tuple[str, ...] = ()
 
 
 def class_folders(entries: Sequence[Entry]) -> ClassFolders | None:
     """The folders as classes, the nearest if they can be, else the outermost; None where a mesh is in no folder, all
     are in one, or most have one of their own."""
-    return _class_folders(entries, FOLDER) or _class_folders(entries, TOP_FOLDER)
+    nearest, outermost = _class_folders(entries, FOLDER), _class_folders(entries, TOP_FOLDER)
+    if nearest and outermost and outermost.meshes != nearest.meshes and not nearest.sure:
+        return replace(nearest, outermost=tuple(outermost.meshes))
+    return nearest or outermost
 
 
 def _class_folders(entries: Sequence[Entry], which: str) -> ClassFolders | None:

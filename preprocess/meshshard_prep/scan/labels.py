@@ -70,7 +70,7 @@ def labels_in_files(root: Path, pattern: Pattern, counts: Mapping[str, Counts], 
 
         there = [mesh for mesh in counts if mesh in pattern.files]
         if any(_fit(read, mesh, counts[mesh])[0] for mesh in _sample(there)):
-            found = _labelling(pattern.text, form, "", read, there, counts, told)
+            found = labelling_of(pattern.text, form, "", read, there, counts, told)
             if found is not None:
                 return replace(found, sharing=_sharing(there, pattern.files))
     return None
@@ -95,7 +95,7 @@ def labels_in_meshes(entries: Sequence[Entry], counts: Mapping[str, Counts], tol
         def read(mesh: str, form: str = form, name: str = name) -> Written:
             return FORMS[form](paths[mesh].read_bytes(), name, mesh)
 
-        labelling = _labelling("", form, name, read, list(counts), counts, told)
+        labelling = labelling_of("", form, name, read, list(counts), counts, told)
         found += [labelling] if labelling and len(labelling.of) >= LEAST_SHARE * len(counts) else []
     return found
 
@@ -105,7 +105,7 @@ def _sample(meshes: Sequence[str]) -> Sequence[str]:
     return meshes[:: max(len(meshes) // SAMPLE, 1)][:SAMPLE]
 
 
-def _labelling(
+def labelling_of(
     pattern: str,
     form: str,
     name: str,

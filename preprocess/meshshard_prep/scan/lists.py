@@ -1,4 +1,4 @@
-"""Text files that list meshes: with a class each, or as a split."""
+"""Files that list meshes: with a class each, or as a split."""
 
 import re
 from collections.abc import Sequence
@@ -7,10 +7,10 @@ from pathlib import Path, PurePosixPath
 
 from meshshard.errors import UsageError
 from meshshard_prep.datasets.folder import SPLIT_FOLDERS
-from meshshard_prep.datasets.own.mesh_labels import parts_of_row
-from meshshard_prep.datasets.own.names import Names, rows_of
+from meshshard_prep.datasets.own.class_list import read_class_list
+from meshshard_prep.datasets.own.names import Names
 
-SUFFIXES = (".txt", ".csv", ".tsv", ".lst", ".list")
+SUFFIXES = (".txt", ".csv", ".tsv", ".lst", ".list", ".json")
 MOST_BYTES = 20_000_000
 LEAST_SHARE = 0.8
 """Share of the lines that must name a mesh."""
@@ -18,40 +18,48 @@ LEAST_SHARE = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class Lists:
-    """`classes`: the file that has the class of each mesh, or empty; `splits`: split -> the file that lists it."""
+    """`classes`: the file that has the class of each mesh, or empty; `splits`: split -> the file that lists it.
+    `unused`: what lists meshes and is not taken, as sentences."""
 
     classes: str
     splits: dict[str, str]
+    unused: tuple[str, ...] = ()
 
 
 def find_lists(root: Path, others: Sequence[str], names: Names) -> Lists:
     """The lists among the files; none for a purpose that several have: nobody can tell which is meant."""
-    classes, splits = [], []
+    classes, splits, unused = [], [], []
     for other in sorted(others):
         if PurePosixPath(other).suffix.lower() in SUFFIXES and (root / other).stat().st_size <= MOST_BYTES:
             kind = _kind(root / other, names)
             classes += [other] if kind == "classes" else []
             split = _split_of(PurePosixPath(other).stem) if kind == "meshes" else ""
             splits += [(split, other)] if split else []
+            unused += [f"{other} has more columns than two: keep mesh and class"] if kind == "table" else []
     of_split = {split: [file for found, file in splits if found == split] for split, _ in splits}
+    if len(classes) > 1:
+        unused.append(f"{', '.join(classes)} list classes, and labels.mesh takes one file: make one of them")
     return Lists(
         classes=classes[0] if len(classes) == 1 else "",
         splits={split: files[0] for split, files in of_split.items() if len(files) == 1},
+        unused=tuple(unused),
     )
 
 
 def _kind(path: Path, names: Names) -> str:
-    """ "meshes", "classes" or empty."""
+    """ "meshes", "classes", "table", whose first of several columns names meshes, or empty."""
     try:
-        rows = [row for _, row in rows_of(path, path.name)]
+        rows = read_class_list(path, path.name)
     except UsageError:
         return ""
     enough = max(LEAST_SHARE * len(rows), 2)
-    if sum(len(names.find(row)) == 1 for row in rows) >= enough:
+    if path.suffix.lower() != ".json" and sum(len(names.find(row.text)) == 1 for row in rows) >= enough:
         return "meshes"
-    pairs = [(mesh, label) for mesh, label in map(parts_of_row, rows) if label and len(names.find(mesh)) == 1]
-    labels = {label for _, label in pairs}
-    return "classes" if len(pairs) >= enough and 1 < len(labels) <= len(pairs) / 2 else ""
+    labels = [row.label for row in rows if row.label and len(names.find(row.mesh)) == 1]
+    if len(labels) >= enough:
+        return "classes" if 1 < len({*labels}) <= len(labels) / 2 else ""
+    firsts = [re.split("[,;\t]", row.mesh)[0].strip('"') for row in rows]
+    return "table" if sum(len(names.find(first)) == 1 for first in firsts) >= enough else ""
 
 
 def _split_of(stem: str) -> str:

@@ -14,11 +14,13 @@ from meshshard_prep.datasets.layout import Entry
 from meshshard_prep.datasets.own.labels import filled_in
 from meshshard_prep.datasets.own.names import Names
 from meshshard_prep.formats import read_file
+from meshshard_prep.labels.ply import left_out
 from meshshard_prep.scan.folders import ClassFolders, class_folders, sets_of
 from meshshard_prep.scan.known import known_as
 from meshshard_prep.scan.labels import Labelling, labels_in_files, labels_in_meshes
 from meshshard_prep.scan.lists import Lists, find_lists
 from meshshard_prep.scan.names import patterns_of
+from meshshard_prep.scan.one_json import labels_in_one_json
 
 OTHER_MESHES = (
     ".stl",
@@ -47,7 +49,8 @@ Told = Callable[[str, int, int], None]
 class Findings:
     """`known`, `like`: what `known_as` says. `counts`: source ->
     what its file has. `labellings`: the best first. `sets`: top folders with labels of their own. `lonely`: files
-    that look like labels, of meshes that are not there. `others`: suffix -> files that are none of all this."""
+    that look like labels, of meshes that are not there. `others`: suffix -> files that are none of all this.
+    `left_out`: where nothing is labelled, properties of the first PLY file that are no labels."""
 
     root: Path
     known: str
@@ -60,6 +63,7 @@ class Findings:
     folders: ClassFolders | None
     lists: Lists
     others: dict[str, int]
+    left_out: tuple[str, ...]
 
     @property
     def splits(self) -> dict[str, int]:
@@ -92,11 +96,12 @@ def look(root: Path, told: Told) -> Findings:
         for pattern in patterns_of(list(readable), others)
         if (labelling := labels_in_files(root, pattern, readable, lambda done, of: told("labels", done, of)))
     }
-    found = list(in_files.values())
+    in_one = [] if in_files else labels_in_one_json(root, others, readable, lambda a, b: told("labels", a, b))
+    found = [*in_files.values(), *in_one]
     if not found:
         found = labels_in_meshes(entries, readable, lambda done, of: told("labels in meshes", done, of))
     claimed = {file for pattern in in_files for file in pattern.files.values()}
-    left = [other for other in others if other not in claimed]
+    left = [other for other in others if other not in claimed and other not in {one.pattern for one in in_one}]
     lonely = _lonely(left, claimed)
     known, like = known_as(root, entries)
     found.sort(key=lambda labelling: -len(labelling.of))
@@ -112,7 +117,15 @@ def look(root: Path, told: Told) -> Findings:
         folders=class_folders(entries),
         lists=find_lists(root, left, Names(entries)),
         others=dict(Counter(PurePosixPath(other).suffix.lower() for other in sorted({*left} - {*lonely}))),
+        left_out=() if found else _left_out(entries, readable),
     )
+
+
+def _left_out(entries: Sequence[Entry], readable: Collection[str]) -> tuple[str, ...]:
+    first = next(
+        (entry for entry in entries if entry.source in readable and entry.path.suffix.lower() == ".ply"), None
+    )
+    return tuple(left_out(first.path.read_bytes(), first.source)) if first else ()
 
 
 def _sets(labelling: Labelling) -> tuple[str, ...]:

@@ -29,17 +29,15 @@ def patterns_of(meshes: Sequence[str], others: Collection[str]) -> list[Pattern]
     by_stem: dict[str, list[str]] = defaultdict(list)
     for mesh in meshes:
         by_stem[PurePosixPath(mesh).stem].append(mesh)
-    suggested: Counter[str] = Counter()
-    for other in others:
-        for text in _suggestions(other, by_stem):
-            suggested[text] += 1
+    suggested: Counter[str] = Counter(text for other in others for text in _suggestions(other, by_stem))
+    suggested.update(_in_folders(meshes, others))
     left = set(others)
     found = []
     tried = [text for text, _ in suggested.most_common(MOST_PATTERNS)]
     while tried:
         covered = {text: _files(text, meshes, left) for text in tried}
         # files, not meshes: chairs/1 and vases/1 do not share a file
-        best = min(tried, key=lambda text: (-len({*covered[text].values()}), "/.." in text, len(text), text))
+        best = min(tried, key=lambda text: (-len({*covered[text].values()}), _rank(text)))
         if not covered[best]:
             break
         found.append(Pattern(text=best, files=covered[best]))
@@ -72,6 +70,21 @@ def _suggestions(other: str, by_stem: dict[str, list[str]]) -> list[str]:
     found = [(path.parent / name).as_posix(), f"{{folder}}/{there}/{name}"]
     mirrored = len(path.parts) > 2 and path.parts[1:-1] == mesh.parts[1:-1]
     return [*found, f"{path.parts[0]}/{{below}}/{name}"] if mirrored else found
+
+
+def _rank(text: str) -> tuple[bool, bool, int, str]:
+    """Of patterns for as many files, those with the mesh in them come first, then those below, then the shorter."""
+    return not re.search(r"\{(stem|name)\}", text), "/.." in text, len(text), text
+
+
+def _in_folders(meshes: Sequence[str], others: Collection[str]) -> Counter[str]:
+    """Patterns of files that are called alike in the folders of several meshes, one mesh each: labels.txt beside
+    mesh.obj. With how many there are."""
+    folders = Counter(posixpath.dirname(mesh) for mesh in meshes)
+    names = Counter(
+        posixpath.basename(other) for other in others if folders[posixpath.dirname(other)] == 1 and "{" not in other
+    )
+    return Counter({f"{{folder}}/{name}": count for name, count in names.items() if count > 1})
 
 
 def _stems(name: str) -> list[str]:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from meshshard_prep.scan.folders import ClassFolders
 from meshshard_prep.scan.labels import Labelling
 from meshshard_prep.scan.look import Findings
 
@@ -28,11 +29,16 @@ def read_findings(findings: Findings) -> Reading:
     if findings.lists.classes:
         return Reading(kind="class list")
     if folders and (folders.sure or not in_meshes):
-        doubt = "" if folders.sure else "are these folders classes? If not, remove this line and the table [classes]"
-        return Reading(kind="class folders", doubt=doubt)
+        return Reading(kind="class folders", doubt=_doubt_of(folders))
     if in_meshes:
         return _labels(in_meshes, ())
     return Reading(kind="none")
+
+
+def _doubt_of(folders: ClassFolders) -> str:
+    if folders.outermost:
+        return "are these folders classes, or the outermost ones, or none? Keep the line that is meant"
+    return "" if folders.sure else "are these folders classes? If not, remove this line and the table [classes]"
 
 
 def _labels(labellings: list[Labelling], sets: tuple[str, ...]) -> Reading:

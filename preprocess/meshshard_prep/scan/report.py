@@ -32,12 +32,18 @@ def _lines(findings: Findings, reading: Reading) -> Iterator[tuple[str, str]]:
         yield "no meshes", f"{len(findings.refused)} files with a mesh's ending, as {findings.refused[0]}"
     for labelling in findings.labellings:
         yield from _labelling(labelling, len(findings.entries))
+    if reading.kind == "none":
+        yield "labels", "none found, and training needs them; the file has lines to fill in"
+    if reading.kind == "none" and findings.left_out:
+        yield "", f"not taken as labels: {_some(findings.left_out, 8)}; give labels an integer property of their own"
     if findings.lonely:
         yield "no mesh", f"{len(findings.lonely)} files look like labels of no mesh: {_some(findings.lonely)}"
     if findings.sets:
         yield "sets", f"{', '.join(findings.sets)} hold meshes and labels of their own"
     if findings.lists.classes:
         yield "class list", findings.lists.classes
+    for unused in findings.lists.unused:
+        yield "list", unused
     if findings.folders:
         meshes = findings.folders.meshes
         what = "classes" if reading.kind == "class folders" else "folders"
@@ -107,6 +113,7 @@ def as_table(findings: Findings, reading: Reading) -> dict[str, Any]:
         },
         "splits": findings.splits,
         "split_lists": findings.lists.splits,
+        "unused_lists": list(map(printable, findings.lists.unused)),
         "other_files": findings.others,
     }
 

@@ -4,11 +4,11 @@ import json
 import os
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 
 from meshshard.remote import RemotePath
-from meshshard_prep.datasets.own.mesh_labels import FOLDER
+from meshshard_prep.datasets.own.mesh_labels import FOLDER, TOP_FOLDER
 from meshshard_prep.jobs import printable
 from meshshard_prep.scan.labels import Labelling
 from meshshard_prep.scan.look import Findings
@@ -17,10 +17,21 @@ from meshshard_prep.scan.reading import Reading
 MOST_CLASSES = 200
 """More are not listed: `features` finds them."""
 
+OFTEN_UNLABELLED = (-100, 255, 65535)
+"""Labels that mean none in the files of many programs. Only the user knows."""
+
 LEAST_TO_SPLIT = 4
 """Fewer meshes are not split."""
 
 EDIT = "# EDIT: "
+
+NO_LABELS = [
+    "",
+    "# no labels were found. Take away the # of lines, and say where they are:",
+    "# [labels]",
+    '# files = "labels/{stem}.txt"  # of faces, edges or vertices: the file of each mesh',
+    '# mesh = "classes.csv"  # of whole meshes: a list with a line "mesh,class" for each',
+]
 
 
 def toml_of(findings: Findings, reading: Reading, name: str, raw: str) -> str:
@@ -49,10 +60,14 @@ def _label_lines(findings: Findings, reading: Reading) -> list[str]:
         return ["", "[labels]", f"mesh = {_quoted(findings.lists.classes)}  # the class of each mesh"]
     if reading.kind == "class folders" and findings.folders:
         meshes = findings.folders.meshes
+        if findings.folders.outermost:  # no table: `features` finds the classes of the line that is kept
+            lines = {FOLDER: meshes, TOP_FOLDER: findings.folders.outermost}
+            nearest, top = (f"mesh = {_quoted(which)}  # {_few(names)}" for which, names in lines.items())
+            return ["", "[labels]", *doubt, nearest, f"# {top}"]
         table = [f"{_quoted(name)} = {_quoted(name)}  # {count} meshes" for name, count in meshes.items()]
         listed = ["", "[classes]", *table] if len(meshes) <= MOST_CLASSES else []
         return ["", "[labels]", *doubt, f"mesh = {_quoted(findings.folders.which)}  # its name is the class", *listed]
-    return ["# no labels were found: say here where they are, see [labels] in the document"]
+    return NO_LABELS
 
 
 def _labelling(labelling: Labelling) -> list[str]:
@@ -62,6 +77,11 @@ def _labelling(labelling: Labelling) -> list[str]:
     lines += [f"name = {_quoted(labelling.name)}"] if labelling.name else []
     lines += [f"domain = {_quoted(best)}  # fits {labelling.fits[best]} of {len(labelling.of)} meshes"]
     lines += [f"# domain = {_quoted(domain)}  # fits {labelling.fits[domain]} of them too" for domain in rest]
+    lines += [
+        f"# unlabelled = {value}  # if that means none; then take its line out of [classes]"
+        for value in OFTEN_UNLABELLED
+        if value in labelling.values
+    ]
     lines += ['# to = "face"  # would turn them into labels of faces'] if best == "vertex" else []
     without = len(labelling.missing) + len(labelling.odd)
     return [*lines, *([f"# {without} meshes have no labels that fit: features will refuse them"] if without else [])]
@@ -99,8 +119,10 @@ def _split_lines(findings: Findings, reading: Reading) -> list[str]:
     if "test" in lists or "train" in lists:
         return ["", "[splits]", *(f"{split} = {_quoted(file)}" for split, file in lists.items())]
     shares_line = "fractions = { train = 0.7, val = 0.15, test = 0.15 }  # drawn by --split-seed; or: folds = 5"
-    if reading.kind == "none" or len(findings.entries) < LEAST_TO_SPLIT:
+    if len(findings.entries) < LEAST_TO_SPLIT:
         return []
+    if reading.kind == "none":
+        return ["# [splits]", f"# {shares_line}"]
     return ["", "[splits]", shares_line, *_group(findings, reading)]
 
 
@@ -112,6 +134,11 @@ def _group(findings: Findings, reading: Reading) -> list[str]:
         folder = "(.*)/" if findings.folders.which == FOLDER else "([^/]*)/"
         return [f"{EDIT}{ask}.", f"# group = '{folder}'  # {hint}"]
     return [f"# group = '(.*)_pose'  # {hint}"]
+
+
+def _few(names: Collection[str]) -> str:
+    more = len(names) - 4
+    return printable(", ".join([*names][:4])) + f" and {more} more" * (more > 0)
 
 
 def _quoted(text: object) -> str:

@@ -96,9 +96,10 @@ def _classes(dataset: Dataset, seen: Survey, places: list[int]) -> list[dict[str
 
 
 def _diagnostics(seen: Survey, members: Bool[np.ndarray, " N"]) -> dict[str, dict[str, int]]:
-    sums, affected = seen.diagnostics[members].sum(axis=0), seen.affected[members].sum(axis=0)
+    affected = seen.affected[members]
+    sums, meshes = (seen.diagnostics[members] * affected).sum(axis=0), affected.sum(axis=0)
     return {
-        name: {"sum": int(sums[column]), "meshes": int(affected[column])} for column, name in enumerate(DIAGNOSTICS)
+        name: {"sum": int(sums[column]), "meshes": int(meshes[column])} for column, name in enumerate(DIAGNOSTICS)
     }
 
 

@@ -31,7 +31,8 @@ class Group:
 
 def examples(dataset: Dataset, seen: Survey) -> list[Group]:
     """Meshes spread over each split, or over each class of whole meshes; where classes have their largest share; the
-    smallest and the largest mesh; for each diagnostic the mesh with most of it. About a hundred at most."""
+    smallest and the largest mesh, where sizes differ; for each diagnostic the mesh with most of it. A hundred at
+    most, about."""
     if not len(dataset):
         return []
     groups = _of_classes(dataset, seen) if "meshes" in seen.labelled and dataset.classes else _of_splits(seen)
@@ -39,7 +40,8 @@ def examples(dataset: Dataset, seen: Survey) -> list[Group]:
         typical = [Example(int(n), name) for n, name in zip(seen.typical, dataset.classes, strict=True) if n >= 0]
         groups.append(Group("Where each class has its largest share", tuple(typical[:CLASSES])))
     ends = [(int(seen.faces.argmin()), "fewest faces"), (int(seen.faces.argmax()), "most faces")]
-    groups.append(Group("Smallest and largest", tuple(Example(*end) for end in ends)))
+    differ = seen.faces.min() < seen.faces.max()
+    groups.append(Group("Smallest and largest", tuple(Example(*end) for end in ends if differ)))
     worst = [
         Example(int(seen.diagnostics[:, column].argmax()), f"{name}: {seen.diagnostics[:, column].max():,}")
         for column, name in enumerate(DIAGNOSTICS)

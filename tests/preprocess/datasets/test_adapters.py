@@ -82,6 +82,8 @@ def test_coseg_is_all_three_sets(tmp_path):
     assert [e.id for e in dataset.entries] == [f"{s}/{i}" for s in PARTS for i in ("train/1", "test/2")]
     assert dataset.entries[-1].labels.classes == {0: 7, 1: 8, 2: 9, 3: 10}
     assert dataset.entries[-1].source == "coseg_vases/test/2.obj"
+    wrong = "coseg_aliens has 169 train meshes, and 1 were found"
+    assert read_dataset("coseg_aliens", tmp_path).notes == (wrong,)
 
 
 def test_coseg_tells_which_set_is_missing(tmp_path):

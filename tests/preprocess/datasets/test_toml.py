@@ -206,9 +206,37 @@ def test_a_list_has_the_class_of_each_mesh(tmp_path, separator):
     assert dataset.classes == ("10", "ant", "cat")
     assert {e.id: e.mesh_label for e in dataset.entries} == {"x/T1": 2, "x/T2": 1, "T3": 0}
     assert dataset.notes == (
-        f"list.csv: 2 lines name no mesh, the first is line 1: {f'mesh{separator}class'!r}",
+        f"list.csv: 2 rows name no mesh, the first is list.csv:1: {f'mesh{separator}class'!r}",
         "list.csv has no class for 1 meshes, which are left out; the first is T4.obj",
     )
+
+
+def test_a_json_object_has_the_class_of_each_mesh(tmp_path):
+    meshes(tmp_path, "x/T1", "x/T2", "T3", "T4")
+    (tmp_path / "list.json").write_text('{"T1": "night, stand", "x/T2.obj": 10, "T3": "ant", "T9": "ant"}')
+    dataset = toml(tmp_path, '[labels]\nmesh = "list.json"\n')
+    assert dataset.classes == ("10", "ant", "night, stand")
+    assert {e.id: e.mesh_label for e in dataset.entries} == {"x/T1": 2, "x/T2": 0, "T3": 1}
+    assert dataset.notes == (
+        "list.json: 1 rows name no mesh, the first is list.json, key 'T9': 'T9'",
+        "list.json has no class for 1 meshes, which are left out; the first is T4.obj",
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[1]", "an object that has a text or an integer, the class, for each mesh, and no list"),
+        ('{"T1": "a", "T2": [1]}', r"for each mesh; 'T2' has \[1\]"),
+        ('{"T1": true}', "for each mesh; 'T1' has true"),
+        ('{"T1": ', "cannot be read: Expecting value"),
+    ],
+)
+def test_json_that_is_no_such_object(tmp_path, text, message):
+    meshes(tmp_path, "T1", "T2")
+    (tmp_path / "list.json").write_text(text)
+    with pytest.raises(UsageError, match=rf"my.toml:2: the list .*list.json .*{message}"):
+        toml(tmp_path, '[labels]\nmesh = "list.json"\n')
 
 
 @pytest.mark.parametrize("layout", ["meshcnn-segmentation", "meshcnn-classification"])

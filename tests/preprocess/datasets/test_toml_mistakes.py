@@ -59,6 +59,12 @@ def raw(tmp_path):
             "[labels]\nfiles = '{stem}.seg'\nmesh = 'folder'",
             "2: labels.files does not go with labels.mesh = 'folder'",
         ),
+        ("[labels]\nfiles = 'all.json'", r"2: labels.files names one .*; write {stem} in it, or in labels.name if"),
+        (
+            "[labels]\nfiles = 'all.json'\nname = '{stm}'",
+            "3: labels.name may have {stem}, .*, not {stm}; do you mean 'stem'",
+        ),
+        ("[labels]\nfiles = 'all.json'\nname = '{stem}'", "2: labels.files finds no file: 'all.json'"),
         ("classes = ['a']", "1: classes has 1 names, and the label files have 2 labels: 1, 2"),
         ("classes = ['a', 'b',\n'a']", "2: classes names 'a' twice"),
         ("classes = ['a', 'a']\n[labels]\nmesh = 'folder'", "1: classes names 'a' twice"),
@@ -87,6 +93,7 @@ def raw(tmp_path):
         ),
         ("classes = ['x', 'y']\n[labels]\nmesh = 'folder'", "1: classes has 2 names, and the classes are cat"),
         ("[labels]\nmesh = 'folder'\n[classes]\nx = 'cats'", "3: classes has no class 'cat', .*do you mean 'cats'"),
+        ("[labels]\nmesh = 'folder'\n[classes]\nx = 'y'", "3: classes has no class 'cat', .*take the table away"),
         ("raw = 'cat/train'\n[labels]\nmesh = 'folder'", '3: labels.mesh is "folder", and a.obj is in no folder'),
         (
             "layout = 'meshcnn-classification'\n[labels]\nform = 'lines'",

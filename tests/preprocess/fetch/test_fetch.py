@@ -128,7 +128,9 @@ def test_nothing_is_loaded_before_the_conditions_are_accepted(run, publish, serv
 
 def test_an_archive_that_was_downloaded_by_hand(run, members, tmp_path):
     file = zip_of(members, tmp_path / "human_seg (1).zip")
-    assert run("fetch", "human_seg", "--yes", "--archive", file, "--out", "elsewhere")[0] == 0
+    code, out, _ = run("fetch", "human_seg", "--yes", "--archive", file, "--out", "elsewhere")
+    assert code == 0
+    assert out.endswith(f"next: meshshard features human_seg --raw {Path('elsewhere').resolve()}\n")
     (record,) = json.loads((Path("elsewhere") / RECORD_NAME).read_text())["archives"]
     assert record["url"] == ""
     assert len(read_dataset("human_seg", Path("elsewhere")).entries) == 4

@@ -3,6 +3,7 @@
 import pytest
 
 from meshshard_prep.labels import offered
+from meshshard_prep.labels.ply import left_out
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 
@@ -46,6 +47,33 @@ def ply(vertex, face):
 )
 def test_integer_properties_of_a_ply_other_than_colours(vertex, face, expected):
     assert offered(ply(vertex, face), ".ply") == expected
+
+
+WHOLE = """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+property float quality
+property float same
+property uchar red
+element face 2
+property list uchar int vertex_indices
+property double segment
+end_header
+0 0 0 0.5 1 9
+1 0 0 2 1 9
+0 1 0 1e400 1 9
+3 0 1 2 1
+3 2 1 0 3.0
+"""
+
+
+def test_whole_floating_point_numbers_are_labels_where_they_are_not_all_alike():
+    assert offered(WHOLE.encode(), ".ply") == [("ply", "segment", "face")]
+    assert left_out(WHOLE.encode(), "") == ["vertex quality", "vertex same", "vertex red"]
+    assert left_out(b"OFF\n", "") == []
 
 
 @pytest.mark.parametrize("data", [b"", b"OFF\n3 1 0\n", b"\x89PNG", b"ply\nformat no\n", b"g a\nf\xff\n"])

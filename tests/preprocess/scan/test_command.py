@@ -54,6 +54,28 @@ def test_it_says_what_it_found_and_what_to_type_next(raw, monkeypatch, capsys):
     assert "# 2 meshes have no labels that fit: features will refuse them\n" in (raw.parent / "raw.toml").read_text()
 
 
+def test_no_labels_are_told_and_where_they_could_be(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "raw").mkdir()
+    lines = ["ply", "format ascii 1.0", "element vertex 3", *(f"property float {axis}" for axis in "xyz")]
+    lines += ["element face 1", "property list uchar int vertex_indices", "property uchar red", "end_header"]
+    (tmp_path / "raw" / "a.ply").write_text("\n".join([*lines, "0 0 0", "1 0 0", "0 1 0", "3 0 1 2 255", ""]))
+    call(tmp_path / "raw")
+    assert [line.rstrip() for line in capsys.readouterr().out.splitlines()] == [
+        "meshes       1: 1 PLY",
+        "             3 vertices, 1 faces",
+        "labels       none found, and training needs them; the file has lines to fill in",
+        "             not taken as labels: face red; give labels an integer property of their own",
+        "wrote        raw.toml",
+        "next         meshshard features raw.toml",
+    ]
+    text = (tmp_path / "raw.toml").read_text()
+    text = text.replace("# [labels]", "[labels]").replace("# mesh = ", "mesh = ")
+    (tmp_path / "raw.toml").write_text(text)
+    (tmp_path / "raw" / "classes.csv").write_text("a,chair\n")
+    assert read_dataset("raw.toml").classes == ("chair",)
+
+
 def test_a_file_that_is_there_stays_as_it_is(raw, tmp_path, capsys):
     (tmp_path / "my.toml").write_text("mine")
     with pytest.raises(UsageError, match=r"my.toml is there; give another name with --out, or .* --force"):

@@ -112,6 +112,21 @@ def test_classes_above_a_folder_for_each_mesh(tmp_path, capsys):
     assert what.startswith("are these folders classes?")
 
 
+def test_the_nearest_folders_may_be_classes_or_the_outermost(tmp_path, capsys):
+    for name in ("Bed", "Chair", "Lamp", "Sofa", "Table"):
+        for inner in ("2019", "2020/b"):
+            write_obj(tmp_path / "raw" / name / inner / f"{name}.OBJ", *bumpy(0, 1))
+    toml, found = scanned(tmp_path / "raw", tmp_path, capsys)
+    assert (
+        'mesh = "folder"  # 2019, b\n# mesh = "top folder"  # Bed, Chair, Lamp, Sofa and 1 more\n' in toml.read_text()
+    )
+    assert read_dataset(str(toml)).classes == ("2019", "b")
+    outermost = lambda text: text.replace('mesh = "folder"', "").replace("# mesh", "mesh")  # noqa: E731
+    what, dataset = edit(toml, found, outermost)
+    assert what == "are these folders classes, or the outermost ones, or none? Keep the line that is meant."
+    assert dataset.classes == ("Bed", "Chair", "Lamp", "Sofa", "Table")
+
+
 def test_labels_of_vertices_come_with_the_line_that_makes_them_those_of_faces(tmp_path, capsys):
     write_obj(tmp_path / "raw" / "a.obj", *bumpy(0, 1))
     write_labels(tmp_path / "raw" / "a.txt", [1, 2] * 9)
@@ -119,6 +134,21 @@ def test_labels_of_vertices_come_with_the_line_that_makes_them_those_of_faces(tm
     assert read_dataset(str(toml)).entries[0].labels.to == ""
     toml.write_text(toml.read_text().replace("# to =", "to ="))
     assert read_dataset(str(toml)).entries[0].labels.to == "face"
+
+
+def test_a_label_that_often_means_none_comes_with_the_line_that_says_so(tmp_path, capsys):
+    for name in "ab":
+        write_obj(tmp_path / "raw" / f"{name}.obj", *bumpy(0, 1))
+        write_labels(tmp_path / "raw" / f"{name}.seg", [0, 1, 2, 255] * 8)
+    toml, found = scanned(tmp_path / "raw", tmp_path, capsys)
+    text = toml.read_text()
+    assert text.count("# unlabelled = 255") == 1
+    assert read_dataset(str(toml)).classes == ("0", "1", "2", "255")
+    toml.write_text(text.replace("# unlabelled", "unlabelled").replace('"255" = 255', ""))
+    dataset = read_dataset(str(toml))
+    assert dataset.classes == ("0", "1", "2")
+    assert dataset.entries[0].labels.classes[255] == -1
+    assert found["edits"] == []
 
 
 def test_meshes_that_share_a_label_file_are_told(tmp_path, capsys):

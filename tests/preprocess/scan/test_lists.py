@@ -29,6 +29,8 @@ def found(folder, files):
             "c.csv",
             {},
         ),
+        ({"c.json": ["{", *(f'"{name}": {n % 2},' for n, name in enumerate(ALL)), '"T99": 1}']}, "c.json", {}),
+        ({"c.json": ["[1, 2]"], "test.json": ["{", *(f'"{name}": [1],' for name in ALL), '"T99": [1]}']}, "", {}),
         ({"c.csv": [f"{name},{n}" for n, name in enumerate(ALL)]}, "", {}),  # a number of its own for each
         ({"c.csv": [f"{name},a" for name in ALL]}, "", {}),  # one class is none
         ({"a.txt": ["T1 a", "T2 b"] * 2, "b.txt": ["T1 a", "T2 b"] * 2}, "", {}),  # which of them?
@@ -42,6 +44,24 @@ def found(folder, files):
 )
 def test_lists(tmp_path, files, classes, splits):
     assert found(tmp_path, files) == (classes, splits)
+
+
+@pytest.mark.parametrize(
+    ("files", "sentence"),
+    [
+        (
+            {"meta.csv": ["object,class,split", *(f"{name},a,train" for name in ALL)]},
+            "meta.csv has more columns than two: keep mesh and class",
+        ),
+        (
+            {"train.csv": ["T1,a", "T2,b"] * 2, "test.csv": ["T3,a", "T4,b"] * 2},
+            "test.csv, train.csv list classes, and labels.mesh takes one file: make one of them",
+        ),
+    ],
+)
+def test_lists_that_are_not_taken_are_told(tmp_path, files, sentence):
+    assert found(tmp_path, files) == ("", {})
+    assert find_lists(tmp_path, list(files), NAMES).unused == (sentence,)
 
 
 def test_what_is_no_text_is_no_list(tmp_path):

@@ -18,6 +18,8 @@ from meshshard_prep.scan.names import patterns_of
         ({"1.off": "seg/part_of-1.txt", "1-2.off": "seg/part_of-1-2.txt"}, "seg/part_of-{stem}.txt"),
         ({"a.b.obj": "a.b.faces.npy", "c.obj": "c.faces.npy"}, "{stem}.faces.npy"),
         ({"a b.obj": "a b.seg", "a.obj": "a.seg"}, "{stem}.seg"),
+        ({"x/mesh.obj": "x/faces.txt", "y/mesh.obj": "y/faces.txt"}, "{folder}/faces.txt"),
+        ({"x/mesh.obj": "x/mesh.txt", "y/mesh.obj": "y/mesh.txt"}, "{folder}/{stem}.txt"),
     ],
 )
 def test_the_pattern_that_leads_from_meshes_to_files(files, pattern):
@@ -41,6 +43,8 @@ def test_a_pattern_leaves_out_the_meshes_whose_file_is_missing():
     assert found.files == {"a.obj": "a.seg", "c.obj": "c.seg"}
 
 
-@pytest.mark.parametrize("others", [[], ["notes.txt", "x/.seg", "ab.seg"], ["{a}.seg", "a{.seg"]])
+@pytest.mark.parametrize(
+    "others", [[], ["notes.txt", "x/.seg", "ab.seg"], ["{a}.seg", "a{.seg"], ["x/1.txt", "y/2.txt"]]
+)
 def test_files_of_no_mesh(others):
-    assert patterns_of(["a.obj", "b.obj"], others) == []
+    assert patterns_of(["a.obj", "b.obj", "x/m.obj", "y/m.obj"], others) == []

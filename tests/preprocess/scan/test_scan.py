@@ -10,6 +10,7 @@ from shapes import bumpy, grid, write_labels, write_obj
 from meshshard.dataset import open_dataset
 from meshshard.recipe import RECIPES
 from meshshard_prep.datasets import read_dataset
+from meshshard_prep.datasets.own.labels import filled_in
 from meshshard_prep.run import run
 
 MESHES = {name: bumpy(number, level=1) for number, name in enumerate(("1", "2", "10", "b_3", "chair.4"))}
@@ -92,7 +93,22 @@ def princeton(root, name, mesh, labels):
     (root / "Chair" / f"{name}_labels.txt").write_text(text)
 
 
-LAYOUTS = [beside, parallel, affixed_arrays, json_of_file_name, in_ply, in_groups, in_materials, princeton]
+def one_json(root, name, mesh, labels, key="{stem}"):
+    source = f"shapes/{name}.off"
+    write_off(root / source, *mesh)
+    file = root / "labels.json"
+    others = json.loads(file.read_text()) if file.is_file() else {"version": 1}
+    file.write_text(json.dumps(others | {filled_in(key, source): labels}))
+
+
+def one_json_of_paths(root, name, mesh, labels):
+    one_json(root, name, mesh, labels, "{folder}/{name}")
+
+
+LAYOUTS = [
+    *(beside, parallel, affixed_arrays, json_of_file_name, one_json, one_json_of_paths),
+    *(in_ply, in_groups, in_materials, princeton),
+]
 
 
 def stored(toml, out):
@@ -180,3 +196,34 @@ def test_meshes_alone(tmp_path, capsys):
     toml, found = scanned(tmp_path / "raw", tmp_path, capsys)
     assert (found["reading"], found["edits"]) == ("none", [])
     assert read_dataset(str(toml)).task == "unlabelled"
+
+
+def test_a_json_file_that_has_labels_of_some_meshes(tmp_path, capsys):
+    for number, (name, mesh) in enumerate(MESHES.items()):
+        one_json(tmp_path / "raw", name, mesh, [1, 2] * (16 if number else 4))
+    write_off(tmp_path / "raw" / "shapes" / "more.off", *MESHES["1"])
+    (tmp_path / "raw" / "list.json").write_text("[]")
+    (tmp_path / "raw" / "none.json").write_text("{")
+    toml, found = scanned(tmp_path / "raw", tmp_path, capsys)
+    (labels,) = found["labels"]
+    assert (labels["files"], labels["name"], labels["missing"]) == ("labels.json", "{stem}", ["shapes/more.off"])
+    assert labels["odd"] == ["shapes/1.off: 8 labels, 32 faces and 18 vertices"]
+    assert (found["other_files"], found["labels_without_mesh"]) == ({".json": 2}, [])
+    report = run(read_dataset(str(toml)), tmp_path / "out", RECIPES["paper"], jobs=1)
+    codes = {entry.id: entry.code for entry in report.index.refused}
+    assert codes == {"shapes/1": "label-count", "shapes/more": "bad-label"}
+
+
+def test_a_json_file_that_is_too_large(tmp_path, capsys, monkeypatch):
+    one_json(tmp_path / "raw", "a", MESHES["1"], [1, 2] * 16)
+    one_json(tmp_path / "raw", "b", MESHES["1"], [1, 2] * 16)
+    assert scanned(tmp_path / "raw", tmp_path, capsys)[1]["reading"] == "labels"
+    monkeypatch.setattr("meshshard_prep.scan.one_json.MOST_BYTES", 100)
+    assert scanned(tmp_path / "raw", tmp_path, capsys, force=True)[1]["reading"] == "none"
+
+
+def test_a_json_file_whose_keys_name_several_meshes(tmp_path, capsys):
+    for folder in "xy":
+        one_json(tmp_path / "raw" / folder, "same", MESHES["1"], [1, 2] * 16)
+        (tmp_path / "raw" / folder / "labels.json").rename(tmp_path / "raw" / "labels.json")
+    assert scanned(tmp_path / "raw", tmp_path, capsys)[1]["labels"] == []

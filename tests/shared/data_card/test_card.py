@@ -103,7 +103,7 @@ def test_sizes_and_diagnostics_of_families(tmp_path):
     }
     assert part["vertices"]["sum"] == sum(len(vertices) for vertices, _ in FAMILY.values())
     found = part["diagnostics"]
-    assert found["components"] == {"sum": len(FAMILY) + 2, "meshes": 1}  # only `pieces` has more than one
+    assert found["components"] == {"sum": 3, "meshes": 1}  # of `pieces`: the others are one piece each
     assert found["nonmanifold_edges"] == {"sum": 1, "meshes": 1}
     assert found["boundary_edges"] == {"sum": 2 * (5 + 4) + 2 * (2 + 2) + 2, "meshes": 3}  # sheet, pieces, fin
     bounds = [s.hks_error_bound for s in samples.values()]

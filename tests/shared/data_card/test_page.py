@@ -88,6 +88,13 @@ def test_a_data_set_of_parts_shows_its_splits_and_classes(tmp_path):
     assert [len(dataset[example.number].faces) for example in groups["Smallest and largest"]] == [8, 128]
 
 
+def test_meshes_of_one_size_are_neither_smallest_nor_largest(tmp_path):
+    folder = write_dataset(tmp_path, [sample(1), sample(2)], ["train", "test"])
+    _, groups = groups_of(folder)
+    assert "Smallest and largest" not in groups
+    assert "in every one" in page_of(folder)[0]
+
+
 def test_a_data_set_of_whole_meshes_shows_its_classes(tmp_path):
     samples = [sample(n, labels=None, mesh_label=n % 2) for n in range(12)]
     folder = write_dataset(tmp_path, samples, ["train"] * 12, task="classification", classes=("even", "odd", "none"))

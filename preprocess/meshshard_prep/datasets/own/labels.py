@@ -21,8 +21,8 @@ _PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
 
 
 def filled_in(pattern: str, source: str) -> str:
-    """The pattern for the mesh at a path below the raw folder. {stem} is its file name without ending, {name} with
-    it, {folder} its folder, {below} that without the first part: meshes/{below} beside labels/{below}."""
+    """The pattern for the mesh at a path below the raw folder, as a path. {stem} is its file name without ending,
+    {name} with it, {folder} its folder, {below} that without the first part: meshes/{below} beside labels/{below}."""
     path = PurePosixPath(source)
     below = PurePosixPath(*path.parts[1:-1])
     values = {"stem": path.stem, "name": path.name, "folder": str(path.parent), "below": str(below)}
@@ -40,7 +40,8 @@ def with_label_files(document: Document, root: Path, entries: Sequence[Entry]) -
     if form in IN_MESH and "labels.files" not in document:
         return tuple(replace(entry, labels=_label_file(document, entry.path)) for entry in entries)
     if "labels.files" in document:
-        paths = [root / place for place in _places(document, entries)]
+        keys = _keys(document, entries)
+        paths = [root / place for place in _places(document, entries, keys)]
         if not any(path.is_file() for path in paths):
             pattern = document.get("labels.files")
             raise document.wrong(
@@ -48,9 +49,9 @@ def with_label_files(document: Document, root: Path, entries: Sequence[Entry]) -
                 f"finds no file: {pattern!r} asks for {paths[0]} as the labels of {entries[0].source}, and none of "
                 f"{len(paths)} such files is there; paths are below raw, which is {root}",
             )
-        return tuple(
-            replace(entry, labels=_label_file(document, path)) for entry, path in zip(entries, paths, strict=True)
-        )
+        files = [_label_file(document, path) for path in paths]
+        files = [replace(file, name=key) for file, key in zip(files, keys, strict=True)] if keys else files
+        return tuple(replace(entry, labels=file) for entry, file in zip(entries, files, strict=True))
     beside = {entry.path: found for entry in entries if (found := labels_beside(entry.path))}
     if not beside:
         if asked := [key for key in document.values if key.startswith("labels.")]:
@@ -75,14 +76,26 @@ def _label_file(document: Document, path: Path) -> LabelFile:
     )
 
 
-def _places(document: Document, entries: Sequence[Entry]) -> list[str]:
-    """The pattern filled in for each mesh; a path below the raw folder."""
+def _keys(document: Document, entries: Sequence[Entry]) -> list[str]:
+    """The key of each mesh in JSON files, where labels.name is a pattern; else none."""
+    pattern = document.get("labels.name", "")
+    if not document.get("labels.files").lower().endswith(".json") or not _PLACEHOLDER.search(pattern):
+        return []
+    return _filled_in(document, "labels.name", pattern, entries)
+
+
+def _places(document: Document, entries: Sequence[Entry], keys: Sequence[str]) -> list[str]:
+    """The pattern filled in for each mesh; a path below the raw folder. `keys`: where they tell meshes apart."""
     pattern = document.get("labels.files")
-    fields = _PLACEHOLDER.findall(pattern)
-    if not fields:
-        raise document.wrong("labels.files", f"names one file for all meshes: {pattern!r}; write {{stem}} in it")
-    for field in fields:
+    if not keys and not _PLACEHOLDER.search(pattern):
+        advice = "write {stem} in it" + ", or in labels.name if it has a key for each" * pattern.endswith(".json")
+        raise document.wrong("labels.files", f"names one file for all meshes: {pattern!r}; {advice}")
+    return _filled_in(document, "labels.files", pattern, entries)
+
+
+def _filled_in(document: Document, key: str, pattern: str, entries: Sequence[Entry]) -> list[str]:
+    for field in _PLACEHOLDER.findall(pattern):
         if field not in PLACEHOLDERS:
             known = ", ".join(f"{{{name}}}" for name in PLACEHOLDERS)
-            raise document.wrong("labels.files", f"may have {known}, not {{{field}}}{near(field, PLACEHOLDERS)}")
+            raise document.wrong(key, f"may have {known}, not {{{field}}}{near(field, PLACEHOLDERS)}")
     return [filled_in(pattern, entry.source) for entry in entries]

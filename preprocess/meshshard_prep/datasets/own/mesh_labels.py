@@ -1,15 +1,15 @@
 """The key labels.mesh: one class for a whole mesh, from the name of its folder or from a list file."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 from meshshard_prep.datasets.folder import SPLIT_FOLDERS
 from meshshard_prep.datasets.layout import Entry
+from meshshard_prep.datasets.own.class_list import read_class_list
 from meshshard_prep.datasets.own.classes import check_once
 from meshshard_prep.datasets.own.document import Document, near
-from meshshard_prep.datasets.own.names import Names, rows_of
+from meshshard_prep.datasets.own.names import Names
 
 FOLDER, TOP_FOLDER = "folder", "top folder"
 
@@ -60,33 +60,24 @@ def _by_list(document: Document, path: Path, entries: Sequence[Entry]) -> tuple[
     names = Names(entries)
     written: dict[str, str] = {}
     strange = []
-    for number, line in rows_of(path, document.place("labels.mesh")):
-        name, label = parts_of_row(line)
-        found = names.one(name, f"{path.name}:{number}") if label else []
-        strange += [] if found else [(number, line)]
+    for row in read_class_list(path, document.place("labels.mesh")):
+        found = names.one(row.mesh, row.place) if row.label else []
+        strange += [] if found else [row]
         for entry in found:
-            if written.setdefault(entry.id, label) != label:
-                rule = f"gives {entry.id!r} two classes: {written[entry.id]!r}, and {label!r} in {path.name}:{number}"
+            if written.setdefault(entry.id, row.label) != row.label:
+                rule = f"gives {entry.id!r} two classes: {written[entry.id]!r}, and {row.label!r} in {row.place}"
                 raise document.wrong("labels.mesh", rule)
     if not written:
         rule = f'is a list of meshes and classes, as \'{names.example},chair\' in each line, "folder" or "top folder"'
-        found_line = f"{path.name}:{strange[0][0]} is {strange[0][1][:60]!r}" if strange else f"{path.name} is empty"
-        raise document.wrong("labels.mesh", f"{rule}; {found_line}")
+        first = f"{strange[0].place} is {strange[0].text[:60]!r}" if strange else f"{path.name} is empty"
+        raise document.wrong("labels.mesh", f"{rule}; {first}")
     notes = []
     if strange:
-        place, line = strange[0]
-        notes.append(f"{path.name}: {len(strange)} lines name no mesh, the first is line {place}: {line[:60]!r}")
+        first = f"{strange[0].place}: {strange[0].text[:60]!r}"
+        notes.append(f"{path.name}: {len(strange)} rows name no mesh, the first is {first}")
     if left := [entry.source for entry in entries if entry.id not in written]:
         notes.append(f"{path.name} has no class for {len(left)} meshes, which are left out; the first is {left[0]}")
     return written, tuple(notes)
-
-
-def parts_of_row(line: str) -> tuple[str, str]:
-    """Mesh and class: what stands on either side of the last comma, semicolon or tab, or, without one, blank. Both
-    without quotes; no class where there is no such sign."""
-    match = re.fullmatch(r"(.*)[,;\t](.*)", line) or re.fullmatch(r"(.*\S)\s+(\S+)", line)
-    mesh, label = (match[1], match[2]) if match else (line, "")
-    return mesh.strip().strip('"'), label.strip().strip('"')
 
 
 def _classes(document: Document, values: list[str]) -> tuple[tuple[str, ...], dict[str, int]]:
@@ -109,5 +100,6 @@ def _classes(document: Document, values: list[str]) -> tuple[tuple[str, ...], di
             table[label] = number
     for value in values:
         if value not in table:
-            raise document.wrong("classes", f"has no class {value!r}, which meshes have{near(value, table)}")
+            hint = near(value, table) or "; add it, or take the table away: classes are then those that are found"
+            raise document.wrong("classes", f"has no class {value!r}, which meshes have{hint}")
     return tuple(names), table

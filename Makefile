@@ -62,7 +62,7 @@ check: lint types imports test ## Everything that must pass before a commit
 docs: $(READY) ## Build the documentation into site/; then open site/index.html
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
-pictures: $(READY) ## Draw the pictures of the documentation again: a minute
+pictures: $(READY) ## Draw the pictures of the documentation again: a minute, with Chromium
 	$(BIN)/python docs/pictures.py
 
 clean: ## Remove .venv and caches, but no data and no run

@@ -1,5 +1,6 @@
 """What mkdocs.yml cannot say: folders in the navigation, and pages that are made when the site is built."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     text = get_docs_for_click(
         obj=command, ctx=typer.Context(command), name="meshshard", title="Help of every command"
     )
+    text = re.sub(r"^\* `([a-z][a-z-]*)`: .*$", r"* [`\1`](#meshshard-\1)", text, flags=re.M)  # cut off by typer
     files.append(File.generated(config, "help.md", content=text))
     files.append(File.generated(config, "changelog.md", abs_src_path=str(ROOT / "CHANGELOG.md")))
     return files

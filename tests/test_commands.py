@@ -1,5 +1,6 @@
 """The programs as people call them."""
 
+import contextlib
 import json
 import os
 import re
@@ -13,9 +14,10 @@ import pytest
 from plyfile import PlyData
 from samples import toy_dataset
 from shapes import bumpy, joined, sphere, write_labels, write_obj
+from typer.testing import CliRunner
 
 from meshshard import UsageError, open_dataset
-from meshshard.cli import VERBS
+from meshshard.cli import VERBS, app
 from meshshard_train.commands.predict import predict
 
 
@@ -25,6 +27,11 @@ def meshshard(*arguments, cwd=None):
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     done = subprocess.run(words, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
     return done.returncode, done.stdout, done.stderr
+
+
+def but_progress(error):
+    """What was told without the lines that come every ten seconds: a busy machine is no fault."""
+    return re.sub(r"(?m)^.+: \d+ of \d+, .* not stored\n", "", error)
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +44,7 @@ def world(tmp_path_factory):
         write_obj(path, vertices, faces)
         write_labels(path.with_suffix(".seg"), (vertices[faces].mean(axis=1)[:, 1] > 0).astype(int))
     status, out, error = meshshard("features", "raw", "--out", "shards", "--val-fraction", 0.3, cwd=root)
-    assert (status, error) == (0, "")
+    assert (status, but_progress(error)) == (0, "")
     assert out.startswith("raw: 12 stored (12 new), 0 refused, 0 failed")
     settings = ("--epochs", 3, "--batch-vertices", 128, "--rotation-axes", "none", "--precision", "fp32")
     status, out, error = meshshard("train", "shards", "--run", "run", *settings, cwd=root)
@@ -331,7 +338,7 @@ def test_features_with_options_of_the_recipe(tmp_path):
     write_obj(tmp_path / "raw" / "b.obj", *bumpy(3))
     options = ("--components", "bridged", "--spectrum", 5)
     status, out, error = meshshard("features", "raw", *options, cwd=tmp_path)
-    assert (status, error) == (0, "")
+    assert (status, but_progress(error)) == (0, "")
     assert out.strip().endswith("data/features/raw/paper-bridged-spectrum5")
     dataset = open_dataset(tmp_path / "data/features/raw/paper-bridged-spectrum5")
     assert (dataset.recipe.components, dataset.recipe.spectrum) == ("bridged", 5)
@@ -379,3 +386,27 @@ def test_export_to_diffusionnet_needs_eigenvectors_and_says_so(world):
     assert meshshard(*call, cwd=world)[0] == 0
     with np.load(world / "operators" / "train" / "m0.npz", allow_pickle=False) as found:
         assert found["evecs"].shape == (18, 5)
+
+
+@pytest.mark.parametrize(("typed", "offered"), [("rep", ["reproduce"]), ("view --no", ["--no-open"])])
+def test_a_shell_completes_commands_and_options(typed, offered):
+    asked = {"_MESHSHARD_COMPLETE": "complete_bash", "COMP_WORDS": f"meshshard {typed}"}
+    number = str(len(typed.split()))
+    found = CliRunner().invoke(app, [], prog_name="meshshard", env=asked | {"COMP_CWORD": number}).output
+    assert found.split() == offered
+
+
+@pytest.mark.parametrize("quiet", [True, False])
+def test_help_has_colours_on_a_terminal_unless_they_are_not_wanted(tmp_path, quiet):
+    environment = os.environ | {"TERM": "xterm-256color"} | ({"NO_COLOR": "1"} if quiet else {})
+    leader, follower = os.openpty()
+    call = [sys.executable, "-m", "meshshard", "info", "--help"]
+    done = subprocess.Popen(call, cwd=tmp_path, env=environment, stdout=follower, stderr=follower)
+    os.close(follower)
+    said = b""
+    with contextlib.suppress(OSError):  # how Linux says that nobody writes any more
+        while part := os.read(leader, 4096):
+            said += part
+    os.close(leader)
+    assert done.wait() == 0
+    assert bool(re.search(rb"\x1b\[[\d;]*3\dm", said)) is not quiet

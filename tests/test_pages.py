@@ -1,5 +1,6 @@
 """What the pages that are read first say is so."""
 
+import os
 import re
 import subprocess
 import sys
@@ -10,6 +11,8 @@ import pytest
 from meshshard_prep.datasets import read_dataset
 
 DOCS = Path(__file__).parents[1] / "docs"
+INSTALLED = os.environ | {"PATH": os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))}
+"""Where a shell finds `meshshard`."""
 
 
 def blocks(page):
@@ -38,7 +41,7 @@ def test_blocks_do_what_the_page_says(tmp_path, page):
         output = []
         for step in block.splitlines() if language == "bash" else [block]:
             call = ["bash", "-c", step] if language == "bash" else [sys.executable, "-c", step]
-            done = subprocess.run(call, cwd=tmp_path, capture_output=True, text=True, check=False)
+            done = subprocess.run(call, cwd=tmp_path, env=INSTALLED, capture_output=True, text=True, check=False)
             expected = int((re.findall(r"# exit status (\d)", step) or ["0"])[0])
             assert done.returncode == expected, f"{step}\n{done.stdout}\n{done.stderr}"
             output += shown(done.stdout)

@@ -11,6 +11,7 @@ from html.parser import HTMLParser
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from itertools import pairwise
 from pathlib import Path
+from urllib.parse import unquote
 
 import pytest
 from accessible import findings
@@ -23,11 +24,12 @@ LOADED = {"script": "src", "img": "src", "iframe": "src", "link": "href"}
 
 
 class Page(HTMLParser):
-    """What is checked of a page: levels of its headings, alternative texts, and what it loads."""
+    """What is checked of a page: levels of its headings, alternative texts, what it loads, where its links lead."""
 
     def __init__(self, text):
         super().__init__()
         self.headings, self.pictures, self.loaded = [], [], []
+        self.links, self.places = [], {""}
         self.feed(text)
 
     def handle_starttag(self, tag, attrs):
@@ -36,6 +38,9 @@ class Page(HTMLParser):
             self.headings.append(int(tag[1]))
         if tag == "img":
             self.pictures.append(found.get("alt") or "")
+        self.places |= {found.get("id") or "", found.get("name") or ""}
+        if tag == "a" and found.get("href"):
+            self.links.append(found["href"])
         if tag in LOADED and found.get("rel") not in ("canonical", "next", "prev"):
             self.loaded.append(found.get(LOADED[tag]) or "")
 
@@ -89,6 +94,28 @@ def test_every_picture_has_an_alternative_text(pages):
     texts = [text for page in pages.values() for text in page.pictures]
     assert len(texts) >= 5
     assert [text for text in texts if len(text) < 15] == []
+
+
+def test_every_link_leads_somewhere(site, pages):
+    broken, followed = [], 0
+    for name, page in pages.items():
+        for link in page.links if name != "404.html" else ():  # which a server shows in any folder
+            path, _, place = unquote(link).partition("#")
+            if re.match(r"[a-z]+:", path):
+                continue
+            target = (site / name).parent.joinpath(path).resolve() if path else site / name
+            there = pages.get(os.path.relpath(target, site))
+            followed += 1
+            if not target.is_file() or (there and place not in there.places):
+                broken.append((name, link))
+    assert broken == []
+    assert followed > 1000
+
+
+def test_every_link_of_the_readme_leads_somewhere():
+    links = re.findall(r"\]\((?!https?:)([^)#]+)\)", (ROOT / "README.md").read_text())
+    assert [link for link in links if not (ROOT / link).exists()] == []
+    assert len(links) > 20
 
 
 def test_headings_begin_with_one_title_and_leave_out_no_level(pages):

@@ -75,6 +75,9 @@ def features(
     spectrum: SpectrumSize = 0,
     step: Step = None,
     simplify: Simplify = 0,
+    deformed: Annotated[
+        int, typer.Option(help="Store so many deformed copies of each training mesh too.", min=0, max=100)
+    ] = 0,
     no_labels: NoLabels = False,
     time_limit: Annotated[float, typer.Option(help="Seconds a mesh may take; 0 for no limit.", min=0)] = 600,
     memory_limit: Annotated[float, typer.Option(help="GB a mesh may take; 0 for no limit.", min=0)] = 8,
@@ -104,6 +107,7 @@ def features(
     """
     from meshshard.errors import UsageError
     from meshshard.recipe import find_recipe
+    from meshshard_prep.datasets.copies import with_copies
     from meshshard_prep.engines import find_engine
     from meshshard_prep.isolation import Limits
     from meshshard_prep.progress import progress
@@ -124,6 +128,7 @@ def features(
         raise UsageError(
             f"--train-fraction is a share of train, and {raw_dataset.name} has no such split; leave it out"
         )
+    raw_dataset = with_copies(raw_dataset, deformed)
     for note in raw_dataset.notes:
         typer.echo(f"note: {note}", err=True)
     folder = out or FEATURES / raw_dataset.name / settings.name
@@ -167,11 +172,13 @@ def status(
 
     meshshard status shards --raw ~/meshes/human_seg
     """
+    from meshshard.copies import most_copies
     from meshshard.errors import UsageError
     from meshshard.index import INDEX_NAME, read_index
     from meshshard.recipe import find_recipe
     from meshshard_prep import status as tables
     from meshshard_prep.datasets import ADAPTERS
+    from meshshard_prep.datasets.copies import with_copies
 
     folder, missing = to_path(dataset), ""
     if dataset not in ADAPTERS and not folder.exists():
@@ -179,14 +186,14 @@ def status(
     raw_dataset: RawDataset | None = None
     if (folder / INDEX_NAME).is_file():
         index = read_index(folder)
-        settings = index.recipe
+        settings, copies = index.recipe, most_copies(index.ids)
         try:
             if index.dataset in ADAPTERS:
-                raw_dataset = _raw_dataset(index.dataset, raw, no_labels, make=False)
+                raw_dataset = with_copies(_raw_dataset(index.dataset, raw, no_labels, make=False), copies)
             else:
                 described = Path(f"{index.dataset}.toml")  # as `scan` calls it
                 named = raw or (described if described.is_file() else index.dataset)
-                raw_dataset = _raw_dataset(str(named), None, no_labels, make=False)
+                raw_dataset = with_copies(_raw_dataset(str(named), None, no_labels, make=False), copies)
         except UsageError as error:
             missing = f"what is stale cannot be told without the raw files; say where they are with --raw. {error}"
     else:

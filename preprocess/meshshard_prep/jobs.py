@@ -82,6 +82,8 @@ def key_of(entry: Entry, hashes: Sequence[str | None], recipe: Recipe) -> str:
     ]
     if entry.correspondence is not None:
         parts += [f"template of {entry.template}", correspondence or "the template's own vertices"]
+    if entry.deformed:
+        parts.append(f"deformed copy {entry.deformed}")
     return sha256_of("\n".join(parts).encode())
 
 

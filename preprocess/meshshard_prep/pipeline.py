@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from threadpoolctl import ThreadpoolController
 
 from meshshard.errors import InvalidMesh
+from meshshard.files import sha256_of
 from meshshard.recipe import Recipe, find_recipe
 from meshshard.sample import DIAGNOSTICS, Sample
 from meshshard_prep.clean import Mesh, clean
@@ -32,6 +33,7 @@ from meshshard_prep.features.spectrum import Spectrum, lowest_eigenpairs
 from meshshard_prep.formats import parse_mesh
 from meshshard_prep.labels import Labels, read_labels
 from meshshard_prep.mesh import RawMesh
+from meshshard_prep.prepare.deform import deformed
 from meshshard_prep.prepare.steps import prepare
 
 MOST_FACES_AT_EDGE = 1000
@@ -65,6 +67,9 @@ def compute_sample(
     if labels is not None and entry.labels is not None:
         found = read_labels(entry.labels, labels, mesh)
     matched = correspondence_of(entry, correspondence, len(mesh.vertices))
+    if entry.deformed:
+        seed = [int(sha256_of(content), 16), entry.deformed]
+        mesh = deformed(mesh, seed, place=entry.source)
     sample = features_of(mesh, recipe, found, place=entry.source, mesh_label=entry.mesh_label)
     return replace(sample, correspondence=matched)
 

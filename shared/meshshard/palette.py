@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-# Okabe and Ito 2008, then Tol's muted scheme for more
+# Okabe and Ito 2008, then three of Tol's muted scheme and two that are far from all before, to eyes of every kind
 COLOURS = (
     *("#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7", "#F0E442"),
-    *("#332288", "#882255", "#999933", "#44AA99", "#AA4499"),
+    *("#332288", "#882255", "#999933", "#AAEEAA", "#664422"),
 )
 UNLABELLED = "#BBBBBB"
 

@@ -54,6 +54,15 @@ def test_few_shot_learns_from_train_alone_and_the_seed_decides(world):
     assert {name: len(members) for name, members in world[0].splits.items()} == {"train": 100, "val": 10, "test": 10}
 
 
+@pytest.mark.parametrize("fraction", [1.0, 0.5, 0.1])
+def test_deformed_copies_come_with_their_originals(tmp_path, fraction):
+    names = [f"m{number}" for number in range(20)] + [f"m{n}~deformed{k}" for n in range(20) for k in (1, 2)]
+    samples = [replace(sample(number, level=0), id=name) for number, name in enumerate(names)]
+    dataset = open_dataset(write_dataset(tmp_path, samples, ["train"] * 60))
+    found = training_numbers(dataset, paper("segmentation", train_fraction=fraction))
+    assert Counter(Counter(dataset.ids[number].partition("~")[0] for number in found).values()) == {3: 20 * fraction}
+
+
 def test_where_test_chooses_validation_is_trained_on_and_test_never(world):
     assert Counter(world[0].index.splits[n] for n in subset(world, 1.0, recipe=official)) == {"train": 100, "val": 10}
     assert all(world[0].index.splits[n] != "test" for n in subset(world, 0.5, recipe=official))

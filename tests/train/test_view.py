@@ -70,3 +70,11 @@ def test_other_data_is_for_runs(shown, tmp_path):
     with pytest.raises(UsageError, match="--data is for the folder of a run"):
         view(str(tmp_path), data="minicoseg", port=0)
     assert shown == []
+
+
+@pytest.mark.parametrize("name", ["runs/chiars", "chair.obj"])
+def test_what_is_not_there_is_told_as_what_it_might_have_been(shown, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError, match=f"no features of '{name}': .* Nor is it a mesh file, or the folder"):
+        view(name, port=0)
+    assert shown == []

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from meshshard import Dataset, UsageError
+from meshshard.copies import original_id
 from meshshard.splits import Member, few_shot
 from meshshard_train.config import TrainConfig
 from meshshard_train.tasks import labels_of
@@ -12,7 +13,8 @@ from meshshard_train.tasks import labels_of
 
 def training_numbers(dataset: Dataset, config: TrainConfig) -> Sequence[int]:
     """The training split, or of it the fraction of few-shot learning: nested for one seed; classes of meshes keep
-    their shares, and where only parts have classes, groups do (a subject, a sequence).
+    their shares, and where only parts have classes, groups do (a subject, a sequence). Deformed copies come with
+    their originals.
 
     Where the test split chooses, as published, nothing else would use the validation split: it is trained on too.
     """
@@ -21,10 +23,12 @@ def training_numbers(dataset: Dataset, config: TrainConfig) -> Sequence[int]:
         numbers = sorted([*numbers, *dataset.splits.get("val", ())])
     if config.train_fraction == 1:
         return numbers
-    named = {dataset.ids[number]: number for number in numbers}
-    samples = {name: dataset[number] for name, number in named.items()}
+    originals = {original_id(dataset.ids[number]): number for number in numbers}
+    originals |= {dataset.ids[number]: number for number in numbers if dataset.ids[number] in originals}
+    samples = {name: dataset[number] for name, number in originals.items()}
     members = [Member(name, sample.mesh_label, sample.group) for name, sample in samples.items()]
-    return sorted(named[name] for name in few_shot(members, config.train_fraction, config.seed))
+    kept = few_shot(members, config.train_fraction, config.seed)
+    return [number for number in numbers if original_id(dataset.ids[number]) in kept]
 
 
 JUDGES = {"validation": "val", "test": "test"}

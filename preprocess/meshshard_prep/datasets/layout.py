@@ -18,6 +18,7 @@ class Entry:
     belongs to, "" for none known. `mesh_label`: class of the whole mesh, -1 for none. `labels`: of its parts.
     `correspondence`: the file that names its vertex for each vertex of a template, 1-based, a line each; the mesh
     file itself where the mesh has the template's own vertices, in its order. `template`: how many vertices that has.
+    `deformed`: 0 for the mesh as it is, or which of its deformed copies this is.
     """
 
     id: str
@@ -29,6 +30,7 @@ class Entry:
     labels: LabelFile | None = None
     correspondence: Path | None = None
     template: int = 0
+    deformed: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)

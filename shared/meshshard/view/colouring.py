@@ -1,5 +1,6 @@
 """What a mesh can be coloured by: colours of its vertices or faces, and the legend that says what they mean."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
@@ -20,6 +21,9 @@ FOLDED = 90.0
 
 OUTLIERS = 1.0
 """Per cent of the vertices at each end of a mesh's HKS, which have the colours of the ends."""
+
+SMALLEST = float(np.finfo(np.float32).tiny)
+"""Taken for the HKS of vertices that no face uses, which is 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,11 +83,13 @@ def coloured(
 
 
 def _of_hks(sample: Sample, time: int) -> Coloured:
-    values: Float[np.ndarray, " V"] = sample.hks[:, time].astype(np.float64)
+    """By its logarithm: it differs by orders of magnitude over a mesh, and tips would hide all else."""
+    values: Float[np.ndarray, " V"] = np.log(np.maximum(sample.hks[:, time].astype(np.float64), SMALLEST))
     low, high = np.percentile(values[sample.used_vertices], [OUTLIERS, 100 - OUTLIERS]).tolist()
-    legend = _scale(f"{low:.3g}", f"{high:.3g} / squared radii")
+    legend = _scale(f"{math.exp(low):.3g}", f"{math.exp(high):.3g} / squared radii")
     legend += (
-        f"<div>at t = {sample.times[time]:.3g} squared radii; {OUTLIERS:g} % of the vertices beyond each end</div>"
+        f"<div>on a logarithmic scale, at t = {sample.times[time]:.3g} squared radii; {OUTLIERS:g} % of the vertices "
+        "beyond each end</div>"
     )
     return Coloured(colours_between(values, low, high), False, legend)
 

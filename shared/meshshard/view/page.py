@@ -27,6 +27,9 @@ from meshshard.view.words import block, of_corner, of_mesh
 RANKED_EVERY = 100
 """Meshes are judged before the list is put in order again."""
 
+READABLE = "<style>label { color: var(--mantine-color-text) }</style>"
+"""Names of controls as dark as other words; viser has them in a grey of 3.3 to 1 on white."""
+
 PATIENCE = 60.0
 """Seconds that a browser may take to draw a picture that is saved."""
 
@@ -41,6 +44,7 @@ class Page:
         self._dataset, self._judge = dataset, judge
         self._todo = Todo("save", "mark", "draw", "strip", "judge")
         self._scores: dict[int, float] = {}
+        self._drawn: tuple[int, Sample] | None = None
         self._opinion = lru_cache(maxsize=64)(self._opinion_of)
         self._picture = lru_cache(maxsize=512)(self._picture_of)
         known = judge or dataset.index
@@ -49,7 +53,7 @@ class Page:
         gui.set_panel_label(f"{judge.name}: {dataset.name}" if judge else dataset.name)
         orders = (*[WORST] * bool(judge), STORED, LARGEST)
         self._strip = Strip(gui, Listing(dataset), orders, self._choose, self._list)
-        self._stage = Stage(server, lambda face, vertex: self._todo.want("mark", self._mark(face, vertex)))
+        self._stage = Stage(server, lambda *hit: self._todo.want("mark", self._mark(*hit)))
         self._controls(gui)
         self._list()
         self._choose(0)
@@ -67,6 +71,7 @@ class Page:
     def _controls(self, gui: viser.GuiApi) -> None:
         ways = choices(bool(self._dataset.classes), self._judge is not None)
         self._facts, self._said = gui.add_html(""), gui.add_html("")
+        gui.add_html(READABLE)
         step = gui.add_button_group("mesh", ("previous", "next"))
         self._what = gui.add_dropdown("colour", ways)
         beside = PREDICTION if self._judge else NOTHING
@@ -129,22 +134,25 @@ class Page:
         return int(np.abs(self._log_times - self._time.value).argmin())
 
     def _draw(self) -> Iterator[None]:
-        number, sample = self._number, self._dataset[self._number]
+        number = self._number
+        before, drawn = self._drawn or (None, None)
+        sample = drawn if drawn and number == before else self._dataset[number]
         drawings = [self._coloured(what, number, sample) for what in self._ways]
         if self._stage.show(sample, drawings, self._wires.value):
             self._plot.clear()
+        self._drawn = number, sample
         legends = zip(self._ways, drawings, strict=True)
         self._legend.content = "".join(block(f"<b>{what}</b>{drawing.legend}") for what, drawing in legends)
         self._facts.content = of_mesh(self._dataset, number, sample, self._judge, self._opinion(number))
         self._said.content = ""
         yield
 
-    def _mark(self, face: int, vertex: int) -> Iterator[None]:
-        sample, opinion = self._dataset[self._number], self._opinion(self._number)
-        self._stage.mark(vertex)
-        self._plot.show(
-            sample, vertex, of_corner(sample, face, vertex, self._element(sample), self._classes, opinion)
-        )
+    def _mark(self, sample: Sample, face: int, vertex: int) -> Iterator[None]:
+        number, drawn = self._drawn or (0, None)
+        if sample is drawn:  # not one that was clicked while the next one came
+            words = of_corner(sample, face, vertex, self._element(sample), self._classes, self._opinion(number))
+            self._stage.mark(vertex)
+            self._plot.show(sample, vertex, words)
         yield
 
     def _thumbnail(self, number: int) -> Picture:

@@ -19,9 +19,13 @@ are seen from nearly the same direction."""
 HALF, APART = 0.5, 0.54
 """Two meshes are drawn at half the size, this far from the middle, in radii."""
 
-MARK, INK = 0.02, (0, 0, 0)
-Clicked = Callable[[int, int], None]
-"""Takes a face and the vertex of it that is nearest."""
+INK = (0, 0, 0)
+
+MARK, MAGENTA = 0.02, (255, 0, 255)
+"""Radius and colour of the mark: a colour that neither classes nor numbers have."""
+
+Clicked = Callable[[Sample, int, int], None]
+"""Takes a mesh, a face of it and the vertex of that that is nearest."""
 
 
 @dataclass(eq=False)
@@ -50,13 +54,16 @@ class Stage:
         camera.position = tuple(DISTANCE * View().axes[2])
         camera.look_at, camera.fov = (0.0, 0.0, 0.0), np.deg2rad(FIELD)
         server.on_client_connect(self._joined)
+        # not of the meshes: those that may be clicked get a broad outline, over their colours, under the mouse
+        server.scene.on_click()(lambda event: self._click(np.array(event.ray_origin), np.array(event.ray_direction)))
 
     def show(self, sample: Sample, drawings: list[Coloured], wireframe: bool) -> bool:
         """Draw a mesh once for each of its one or two colourings. False: it was there in other colours, and keeps its
         mark; True: it has none."""
         again = sample is self._sample and len(drawings) == len(self._panes)
         if not again:
-            for pane in self._panes:
+            # those that stay are replaced: a browser puts a node that is removed and added again where it was
+            for pane in self._panes[len(drawings) :]:
                 pane.solid.remove()
             self._sample, self._panes = sample, []
         for number, drawing in enumerate(drawings):
@@ -83,16 +90,18 @@ class Stage:
         wires = scene.add_mesh_simple(
             f"{name}/wires", vertices, faces, color=INK, wireframe=True, scale=scale, visible=False
         )
-        mark = scene.add_icosphere(f"{name}/mark", radius=MARK * scale, color=INK, visible=False)
-
-        @solid.on_click
-        def _(event: viser.SceneNodePointerEvent[viser.GlbHandle]) -> None:
-            origin = (np.array(event.ray_origin) - solid.position) / scale
-            hit = clicked_corner(vertices, faces, origin, np.array(event.ray_direction))
-            if hit is not None:
-                self._clicked(*hit)
-
+        mark = scene.add_icosphere(f"{name}/mark", radius=MARK * scale, color=MAGENTA, visible=False)
         return _Pane(solid, wires, mark)
+
+    def _click(self, origin: Float[np.ndarray, " 3"], direction: Float[np.ndarray, " 3"]) -> None:
+        sample, panes = self._sample, self._panes
+        for pane in panes:
+            assert sample is not None
+            there = (origin - pane.solid.position) / pane.solid.scale
+            hit = clicked_corner(sample.vertices, sample.faces, there, direction)
+            if hit is not None:
+                self._clicked(sample, *hit)
+                return
 
     def _joined(self, client: viser.ClientHandle) -> None:
         client.camera.on_update(self._turned)

@@ -8,13 +8,13 @@ import viser
 from jaxtyping import UInt8
 
 from meshshard.view.listing import Listing
-from meshshard.view.words import block
+from meshshard.view.words import block, end_of
 
 ROWS, SIZE, WIDTH = 6, 104, 250
 """Thumbnails of a page, their pixels, and those of the panel across."""
 
 LETTERS = 26
-"""Of an id that fit on a button, beside a score."""
+"""That fit on a button, with a score or without."""
 
 NO_PICTURE = np.zeros((SIZE, SIZE, 4), dtype=np.uint8)
 
@@ -81,6 +81,5 @@ class Strip:
             yield
 
     def _label(self, number: int, scores: Mapping[int, float]) -> str:
-        name = self._listing.names[number]
-        short = name if len(name) <= LETTERS else f"…{name[1 - LETTERS :]}"  # its end tells it from its neighbours
-        return f"{100 * scores[number]:.1f} % · {short}" if number in scores else short
+        score = f"{100 * scores[number]:.1f} % · " if number in scores else ""
+        return score + end_of(self._listing.names[number], LETTERS - len(score))

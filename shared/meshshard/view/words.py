@@ -16,6 +16,11 @@ def block(content: str) -> str:
     return f'<div style="padding:.3em .8em;font-size:.85em;overflow-wrap:anywhere">{content}</div>'
 
 
+def end_of(name: str, letters: int) -> str:
+    """A name, or so much of its end as fits: that tells it from its neighbours."""
+    return name if len(name) <= letters else f"…{name[1 - letters :]}"
+
+
 def of_mesh(dataset: Dataset, number: int, sample: Sample, judge: Judge | None, opinion: Opinion | None) -> str:
     """Its id, split and size, and how right a network is on it."""
     split = dataset.index.splits[number] or "no split"

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from samples import PAPER, sample
 
-from meshshard.palette import class_colour, colours_of
+from meshshard.palette import class_colour, colours_between, colours_of
 from meshshard.view.colouring import DIHEDRAL, ERRORS, HKS, LABEL, NORMALS, PREDICTION, Classes, choices, coloured
 from meshshard.view.opinion import Opinion, labelled_element, true_labels
-from meshshard.view.words import of_corner
+from meshshard.view.words import end_of, of_corner
 
 CLASSES = Classes(("low", "middle", "high & <dry>"), ())
 MESH = sample(3, level=2)
@@ -66,6 +66,19 @@ def test_the_highest_hks_is_yellow_and_the_legend_has_the_time_with_its_unit():
     assert f"t = {PAPER.times[3]:.3g} squared radii" in drawn.legend
 
 
+def test_hks_is_coloured_by_its_logarithm_and_vertices_of_no_face_do_not_count():
+    size = len(MESH.vertices) + 1
+    heat = np.geomspace(1, 100, size, dtype="f4")[:, None].repeat(len(PAPER.times), axis=1)
+    heat[-1] = 0
+    values = {name: np.pad(getattr(MESH, name), (0, 1)) for name in ("dihedral", "vertex_areas")}
+    values |= {name: np.pad(getattr(MESH, name), ((0, 1), (0, 0))) for name in ("vertices", "vertex_normals")}
+    drawn = coloured(HKS, sample(3, level=2, hks=heat, **values), 0, "faces", CLASSES, None)
+    middle = colours_between(np.array([0.5]), 0.0, 1.0)[0].astype(int)
+    assert abs(drawn.colours[size // 2].astype(int) - middle).max() < 6
+    assert drawn.colours[-1].tolist() == [0x44, 0x01, 0x54]
+    assert "<span>1.0" in drawn.legend
+
+
 def test_what_is_said_of_a_corner():
     words = of_corner(MESH, 7, 2, "faces", CLASSES, Opinion(np.full(len(MESH.faces), 2), 0.5))
     angle = np.rad2deg(MESH.dihedral[2])
@@ -73,3 +86,8 @@ def test_what_is_said_of_a_corner():
     assert f"face 7: label {CLASSES.names[MESH.face_labels[7]]}".split(" &")[0] in words
     assert "face 7: prediction high &amp; &lt;dry&gt;" in words
     assert "label" not in of_corner(MESH, 7, 2, "faces", Classes((), ()), None)
+
+
+def test_of_a_long_name_the_end_is_kept():
+    assert end_of("train/scape_01", 14) == "train/scape_01"
+    assert end_of("train/scape_01", 9) == "…scape_01"

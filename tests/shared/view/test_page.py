@@ -117,6 +117,12 @@ def test_label_and_prediction_are_side_by_side(page):
     assert covered[400:600].any()
 
 
+def test_the_mesh_is_in_the_middle_again_when_it_is_alone(page):
+    changed_by(page, lambda: choose(page, "beside it", "nothing"))
+    until(lambda: abs(np.flatnonzero((seen(page) < 250).any(axis=(0, 2))).mean() - 345) < 10)
+    changed_by(page, lambda: choose(page, "beside it", "prediction"))
+
+
 @pytest.mark.parametrize("what", ["errors", "heat kernel signature", "mean dihedral angle", "normals"])
 def test_colours_and_legend_follow_the_choice(page, what):
     changed_by(page, lambda: choose(page, "colour", what))
@@ -140,6 +146,12 @@ def test_a_wireframe_is_drawn(page):
     changed_by(page, lambda: wires.click(force=True))
 
 
+def test_names_of_controls_are_as_dark_as_other_words(page):
+    shade = "element => getComputedStyle(element).color"
+    name = page.locator("label", has_text=re.compile("^wireframe$"))
+    assert name.evaluate(shade) == page.get_by_text("Click a vertex").evaluate(shade) == "rgb(0, 0, 0)"
+
+
 def test_the_page_can_be_dark(page):
     dark = page.get_by_role("checkbox", name="dark", exact=True)
     assert seen(page)[0, 0].min() > 200
@@ -157,6 +169,17 @@ def test_a_click_on_the_mesh_plots_its_vertex(page):
     page.get_by_text(re.compile(r"vertex \d+: mean dihedral angle")).wait_for()
     assert page.get_by_text(re.compile(r"face \d+: label (low|middle|high)")).is_visible()
     assert page.locator(".uplot canvas").is_visible()
+    until(lambda: magenta(page) > 20)
+    changed_by(page, lambda: choose(page, "colour", "mean dihedral angle"))
+    time.sleep(0.5)
+    assert page.get_by_text(re.compile(r"vertex \d+: mean dihedral angle")).is_visible()
+    assert magenta(page) > 20
+
+
+def magenta(page):
+    """Pixels of the mark."""
+    red, green, blue = np.moveaxis(seen(page).astype(int), -1, 0)
+    return ((red - green > 60) & (blue - green > 60) & (abs(red - blue) < 40)).sum()
 
 
 def test_the_scene_is_saved_as_png(page):

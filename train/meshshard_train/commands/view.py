@@ -69,4 +69,7 @@ def _opened(what: str, recipe: Recipe, scratch: Path) -> "Dataset":
 
     if Path(what).is_file() and Path(what).suffix.lower() in MESH_SUFFIXES:
         return computed(Path(what), recipe, scratch, jobs=1)
-    return open_dataset(locate(what))
+    try:
+        return open_dataset(locate(what))
+    except UsageError as error:
+        raise UsageError(f"{error}. Nor is it a mesh file, or the folder of a run") from error

@@ -44,6 +44,15 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def on_post_page(output: str, **_: Any) -> str:
     """Name the dialog of the search, for those who do not see it."""
+    return _with_named_search(output)
+
+
+def on_post_template(output_content: str, **_: Any) -> str:
+    """The same on the page of what is not found."""
+    return _with_named_search(output_content)
+
+
+def _with_named_search(output: str) -> str:
     return output.replace(
         'data-md-component="search" role="dialog"', 'data-md-component="search" role="dialog" aria-label="Search"'
     )

@@ -1,5 +1,5 @@
-"""Draws the pictures of the tutorial and of view.md again, into docs/images: `make pictures`, a minute and a
-Chromium. minicoseg-val.png is runs/minicoseg/val.png of `make train`."""
+"""Draws the pictures of the documents again, into docs/images, by commands of the program: `make pictures`, a minute
+and a Chromium. minicoseg-val.png is runs/minicoseg/val.png of `make train`."""
 
 import os
 import re
@@ -9,51 +9,37 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap, LogNorm
-from matplotlib.figure import Figure
 from playwright.sync_api import sync_playwright
 
-from meshshard.palette import colours_between
-from meshshard.render import render
-from meshshard_prep import compute_features
-from meshshard_prep.minicoseg import make_mesh
-
 DOCS = Path(__file__).parent
-SHOWN = (0, 8, 15)
-"""Which of the recipe's times."""
+HEAT = """
+meshshard generate chairs --family chair --count 1 --faces 4000
+meshshard features chairs/dataset.toml --out shards
+meshshard gallery shards --colour hks:0 --colour hks:8 --colour hks:15 --out heat.png
+"""
+GALLERY = "meshshard gallery runs/vases --out gallery.png --colour label --colour prediction --colour errors"
 
-DPI = 110
+
+def run(commands: str, folder: str) -> None:
+    """Lines of a shell in a folder, where `meshshard` is the one beside this Python."""
+    here = os.environ | {"PATH": os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))}
+    subprocess.run(["bash", "-e", "-c", commands], cwd=folder, env=here, check=True)
 
 
-def heat(path: Path) -> None:
+def heat(images: Path) -> None:
     """A chair coloured by the logarithm of its HKS; each time has colours of its own."""
-    mesh = make_mesh("chair", 1, faces=4000)
-    sample = compute_features(mesh.vertices, mesh.faces)
-    colours = ListedColormap(colours_between(np.linspace(0, 1, 256), 0, 1) / 255)
-    figure = Figure(figsize=(3.1 * len(SHOWN), 3.4), dpi=DPI, layout="constrained")
-    for axes, number in zip(figure.subplots(1, len(SHOWN)), SHOWN, strict=True):
-        values = sample.hks[:, number]
-        low, high = np.quantile(values, [0.02, 0.98])
-        shades = colours_between(np.log(values), np.log(low), np.log(high))
-        axes.imshow(render(sample.vertices, sample.faces, shades[sample.faces], size=3 * DPI))
-        axes.set_axis_off()
-        axes.set_title(f"HKS at t = {sample.times[number]:.3g} squared radii", fontsize="small")
-        bar = figure.colorbar(ScalarMappable(LogNorm(low, high), colours), ax=axes, location="bottom", shrink=0.8)
-        ticks = np.geomspace(low, high, 3)
-        bar.set_ticks(ticks, labels=[f"{tick:.2g}" for tick in ticks])
-        bar.ax.minorticks_off()
-        bar.ax.tick_params(labelsize="small")
-    figure.savefig(path)
+    with TemporaryDirectory() as folder:
+        run(HEAT, folder)
+        shutil.copy(Path(folder) / "heat.png", images / "hks.png")
 
 
 def tutorial(images: Path) -> None:
-    """Run the tutorial's commands, and keep two of the pictures that they make."""
+    """Run the tutorial's commands, and keep two of the pictures that they make; draw its run as a gallery."""
     commands = re.findall(r"```bash\n(.*?)```", (DOCS / "tutorial.md").read_text(encoding="utf-8"), flags=re.S)
-    here = os.environ | {"PATH": os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))}
     with TemporaryDirectory() as folder:
-        subprocess.run(["bash", "-e", "-c", "\n".join(commands)], cwd=folder, env=here, check=True)
+        run("\n".join(commands), folder)
+        run(GALLERY, folder)
+        shutil.copy(Path(folder) / "gallery.png", images / "gallery.png")
         shutil.copy(Path(folder) / "runs" / "vases" / "test.png", images / "tutorial-test.png")
         shutil.copy(Path(folder) / "labelled" / "vase_000.png", images / "tutorial-predict.png")
         viewed(Path(folder), images / "view.png")
@@ -88,5 +74,5 @@ def viewed(folder: Path, picture: Path) -> None:
 
 
 if __name__ == "__main__":
-    heat(DOCS / "images" / "hks.png")
+    heat(DOCS / "images")
     tutorial(DOCS / "images")

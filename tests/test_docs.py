@@ -6,7 +6,7 @@ import subprocess
 import sys
 import tomllib
 from dataclasses import fields
-from importlib.metadata import PackageNotFoundError, entry_points, metadata
+from importlib.metadata import PackageNotFoundError, distribution, entry_points, metadata
 from pathlib import Path
 
 import h5py
@@ -264,6 +264,8 @@ def test_licences_are_those_that_packages_declare(name):
     said = " ".join(
         [declared.get("License-Expression") or " ".join(declared.get("License", "")[:200].split()), *classifiers]
     )
+    if not said:
+        said = " ".join(distribution(name).read_text(f"licenses/{file}") for file in declared.get_all("License-File"))
     _, licence = table((DOCS / "licences.md").read_text())[name]
     families = [words for family, words in WORDS.items() if licence.startswith(family)]
     assert len(families) == 1, licence

@@ -5,12 +5,16 @@ import os
 import re
 import subprocess
 import sys
+import threading
+from functools import partial
 from html.parser import HTMLParser
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from itertools import pairwise
 from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
+from accessible import findings
 
 from meshshard.cli import VERBS
 
@@ -50,6 +54,23 @@ def site(tmp_path_factory):
     assert done.returncode == 0, done.stderr
     assert "WARNING" not in done.stderr
     return folder
+
+
+@pytest.fixture(scope="module")
+def address(site):
+    """Where a server shows it: the page of what is not found is for servers alone."""
+    handler = partial(QuietHandler, directory=str(site))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+class QuietHandler(SimpleHTTPRequestHandler):
+    """Serves files, and says nothing."""
+
+    def log_message(self, *_):
+        pass
 
 
 @pytest.fixture(scope="module")
@@ -125,3 +146,19 @@ def test_what_others_may_import_is_on_a_page(site):
     text = (site / "api.html").read_text()
     for name in ("open_dataset", "Sample", "compute_features", "TaskDrivenNet", "ShardGraphs"):
         assert re.search(rf'id="[\w.]+\.{name}"', text), name
+
+
+@pytest.mark.browser
+def test_nothing_keeps_anybody_out_of_any_page(browser, site, address, tmp_path):
+    window = browser.new_page()
+    found = []
+    for path in sorted(site.rglob("*.html")):
+        window.goto(f"{address}/{path.relative_to(site).as_posix()}")
+        for scheme, name, rules in (("light", "default", ()), ("dark", "slate", ("color-contrast",))):
+            window.emulate_media(color_scheme=scheme)
+            window.wait_for_selector(f"body[data-md-color-scheme={name}]")
+            found += [f"{scheme}: {finding}" for finding in findings(window, rules)]
+            if path.name == "index.html" and path.parent == site:
+                window.screenshot(path=tmp_path / f"{scheme}.png", full_page=True)
+    window.close()
+    assert found == []

@@ -24,6 +24,8 @@ VERBS = (
     "evaluate",
     "predict",
     "view",
+    "report",
+    "gallery",
     "export",
     "export-model",
     "generate",

@@ -92,10 +92,12 @@ def _brightness(corners: Float[np.ndarray, "F 3 3"]) -> Float[np.ndarray, " F"]:
     return AMBIENT + (1 - AMBIENT) * lit
 
 
-def png_bytes(picture: UInt8[np.ndarray, "height width 4"]) -> bytes:
-    """A picture as a PNG file."""
+def png_bytes(picture: UInt8[np.ndarray, "height width 4"], *, small: bool = False) -> bytes:
+    """A picture as a PNG file. `small`: with the 256 colours that suit it best, in a third of the bytes."""
     from PIL import Image
 
-    file = BytesIO()
-    Image.fromarray(picture).save(file, "PNG", optimize=True)
+    file, image = BytesIO(), Image.fromarray(picture)
+    if small:
+        image = image.quantize(256, method=Image.Quantize.FASTOCTREE)
+    image.save(file, "PNG", optimize=True)
     return file.getvalue()

@@ -12,7 +12,7 @@ from meshshard import Dataset
 from meshshard.files import publish, sha256_of_file
 from meshshard.palette import class_colour
 from meshshard.plain import to_json
-from meshshard_train.card import write_card
+from meshshard_train.card import hardware, write_card
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.facts import facts_of, of_history, said_of_training
 from meshshard_train.loading import Loading, Meshes
@@ -36,7 +36,11 @@ def write_matching_results(
     """Evaluate the best epoch on validation, then once on test; write results and picture, and name the picture."""
     splits = ["val"] * (best.config.selection == "validation") + ["test"] * bool(dataset.splits.get("test"))
     results = matching_results(best, dataset, splits, device, loading)
-    results |= {**of_history(history), "checkpoint_sha256": sha256_of_file(run / BEST)}
+    results |= {
+        **of_history(history),
+        "checkpoint_sha256": sha256_of_file(run / BEST),
+        "finished_on": hardware(device),
+    }
     publish(run / "results.json", to_json(results).encode() + b"\n")
     publish(run / "results.md", _markdown(results).encode())
     write_card(run, best, dataset, results, device)

@@ -8,12 +8,14 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt8
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from meshshard.palette import class_colour, colours_of
+from meshshard.palette import class_colour, colours_between, colours_of
 from meshshard.render import render
 from meshshard_train.metrics import judged
 
@@ -31,6 +33,27 @@ class Tile:
     labels: Int[np.ndarray, " F"] | Int[np.ndarray, "F 3"]
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Panel:
+    """One picture of a sheet; `colours` as `render` takes them."""
+
+    title: str
+    vertices: Float[np.ndarray, "V 3"]
+    faces: Int[np.ndarray, "F 3"]
+    colours: UInt8[np.ndarray, "F 3"] | UInt8[np.ndarray, "F 3 3"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scale:
+    """What the colours of some panels, by their numbers, mean: numbers from `low`, dark, to `high`, bright."""
+
+    name: str
+    low: float
+    high: float
+    logarithmic: bool
+    panels: Sequence[int]
+
+
 def gallery(
     path: Path,
     tiles: Sequence[Tile],
@@ -43,26 +66,63 @@ def gallery(
 ) -> None:
     """A PNG of meshes in rows, each `size` inches, with a legend of the classes that occur. `colours`: hexadecimal,
     of a data set that has its own."""
-    rows = -(-len(tiles) // columns)
-    figure = Figure(figsize=(size * columns, size * rows + 0.9), dpi=DPI, layout="constrained")
-    figure.suptitle(title, fontsize="medium")
-    for number, tile in enumerate(tiles, start=1):
-        picture = render(tile.vertices, tile.faces, colours_of(tile.labels, colours), size=round(size * DPI))
-        axes = figure.add_subplot(rows, columns, number)
-        axes.imshow(picture)
-        axes.set_axis_off()
-        axes.set_title(tile.title, fontsize="small")
     found = sorted({int(label) for tile in tiles for label in np.unique(tile.labels)})
-    names = ["unlabelled" if label < 0 else classes[label] for label in found]
-    widest = 0.6 + 0.08 * max(map(len, names))  # inches of an entry of the legend
-    figure.legend(
-        handles=[Patch(color=class_colour(c, colours), label=name) for c, name in zip(found, names, strict=True)],
-        loc="outside lower center",
-        ncols=max(1, min(len(found), int(size * columns / widest))),
-        fontsize="small",
-        frameon=False,
-    )
+    legend = [(class_colour(c, colours), "unlabelled" if c < 0 else classes[c]) for c in found]
+    panels = [
+        Panel(title=tile.title, vertices=tile.vertices, faces=tile.faces, colours=colours_of(tile.labels, colours))
+        for tile in tiles
+    ]
+    sheet(path, panels, columns=columns, title=title, size=size, legend=legend)
+
+
+def sheet(
+    path: Path,
+    panels: Sequence[Panel | None],
+    *,
+    columns: int,
+    title: str,
+    size: float = 2.4,
+    legend: Sequence[tuple[str, str]] = (),
+    scales: Sequence[Scale] = (),
+) -> None:
+    """A PNG of meshes in rows, each `size` inches, None for an empty place. `legend`: colours, hexadecimal, and what
+    they mean; a scale stands on the right of its panels, below where they are one row of a sheet of their own."""
+    rows = -(-len(panels) // columns)
+    figure = Figure(figsize=(size * columns + 0.9 * bool(scales), size * rows + 0.9), dpi=DPI, layout="constrained")
+    figure.suptitle(title, fontsize="medium")
+    grid = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes in grid:
+        axes.set_axis_off()
+    for panel, axes in zip(panels, grid, strict=False):
+        if panel is not None:
+            axes.imshow(render(panel.vertices, panel.faces, panel.colours, size=round(size * DPI)))
+            axes.set_title(panel.title, fontsize="small")
+    for scale in scales:
+        _bar(figure, [grid[number] for number in scale.panels], scale)
+    if legend:
+        widest = 0.6 + 0.08 * max(len(name) for _, name in legend)  # inches of an entry of the legend
+        figure.legend(
+            handles=[Patch(color=colour, label=name) for colour, name in legend],
+            loc="outside lower center",
+            ncols=max(1, min(len(legend), int(size * columns / widest))),
+            fontsize="small",
+            frameon=False,
+        )
     save_figure(figure, path)
+
+
+def _bar(figure: Figure, beside: Sequence[Axes], scale: Scale) -> None:
+    """A colour bar with three numbers."""
+    high = scale.high if scale.high > scale.low else scale.low + 1
+    norm = LogNorm(scale.low, high) if scale.logarithmic else Normalize(scale.low, high)
+    colours = ListedColormap(colours_between(np.linspace(0, 1, 256), 0.0, 1.0) / 255)
+    place = "bottom" if len(beside) == 1 else "right"
+    bar = figure.colorbar(ScalarMappable(norm, colours), ax=list(beside), location=place, shrink=0.8, aspect=30)
+    ticks = (np.geomspace if scale.logarithmic else np.linspace)(scale.low, high, 3)
+    bar.set_ticks(ticks.tolist(), labels=[f"{tick:.2g}" for tick in ticks])
+    bar.ax.minorticks_off()
+    bar.ax.tick_params(labelsize="small")
+    bar.set_label(scale.name, fontsize="small")
 
 
 def curves(path: Path, history: Sequence[dict[str, Any]], *, title: str) -> None:

@@ -13,7 +13,7 @@ from meshshard import Dataset, UsageError
 from meshshard.files import publish, sha256_of_file
 from meshshard.plain import to_json
 from meshshard_train import checkpoint
-from meshshard_train.card import write_card
+from meshshard_train.card import hardware, write_card
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.config import VOTED, TrainConfig
 from meshshard_train.evaluate import VOTING_ROUNDS, Evaluation, evaluate
@@ -55,6 +55,7 @@ def write_results(
         **of_history(history),
         "classes_not_trained": classes_without(dataset, training_numbers(dataset, best.config), best.config.task),
         "checkpoint_sha256": sha256_of_file(run / BEST),
+        "finished_on": hardware(device),
     }
     publish(run / RESULTS, to_json(results).encode() + b"\n")
     publish(run / "results.md", markdown(results).encode())

@@ -1,7 +1,7 @@
 """The card as one HTML file with pictures, that needs no network."""
 
 from base64 import b64encode
-from importlib.resources import files
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,21 +23,36 @@ FOLDED = np.pi / 2
 def card_page(dataset: Dataset, seen: Survey, card: dict[str, Any]) -> str:
     """The page of a data set: its tables, how sizes are distributed, and pictures of some meshes. Every name in it is
     escaped."""
-    from jinja2 import Environment, StrictUndefined
+    return fill("card.html", (), card_parts(dataset, seen, card))
 
-    template = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return template.from_string(files(__package__).joinpath("card.html").read_text(encoding="utf-8")).render(
-        name=shown(card["dataset"]),
-        tables=tables(card),
-        histograms=[histogram(seen.faces, "faces"), histogram(seen.vertices, "vertices")] if len(dataset) else [],
-        balance=_balance(card),
-        legend=_legend(card),
-        gradient=", ".join(VIRIDIS) if not card["classes"] else "",
-        groups=[
+
+def fill(template: str, packages: Sequence[str], values: Mapping[str, Any]) -> str:
+    """A page from a template of this package, or of others that extend or include what is here; all values are
+    escaped, and none may be missing."""
+    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
+
+    loader = ChoiceLoader([PackageLoader(package, "") for package in (*packages, __package__)])
+    environment = Environment(
+        loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.get_template(template).render(values)
+
+
+def card_parts(dataset: Dataset, seen: Survey, card: dict[str, Any], *, level: int = 2) -> dict[str, Any]:
+    """What `data.html` shows of a data set. `level`: of its headings."""
+    return {
+        "level": level,
+        "name": shown(card["dataset"]),
+        "tables": tables(card),
+        "histograms": [histogram(seen.faces, "faces"), histogram(seen.vertices, "vertices")] if len(dataset) else [],
+        "balance": _balance(card),
+        "legend": _legend(card),
+        "gradient": ", ".join(VIRIDIS) if not card["classes"] else "",
+        "groups": [
             {"title": group.title, "figures": [_figure(dataset, example) for example in group.examples]}
             for group in examples(dataset, seen)
         ],
-    )
+    }
 
 
 def colours_for(sample: Sample, chosen: tuple[str, ...]) -> UInt8[np.ndarray, "F 3"] | UInt8[np.ndarray, "F 3 3"]:
@@ -110,13 +125,17 @@ def _legend(card: dict[str, Any]) -> list[dict[str, str]]:
 
 def _figure(dataset: Dataset, example: Example) -> dict[str, str]:
     sample = dataset[example.number]
-    picture = render(sample.vertices, sample.faces, colours_for(sample, dataset.index.colours))
     split = dataset.index.splits[example.number] or "no split"
     faces = f"{len(sample.faces):,} face{'s' if len(sample.faces) > 1 else ''}"
     return {
-        "image": b64encode(png_bytes(picture)).decode(),
+        "image": picture_of(sample, colours_for(sample, dataset.index.colours)),
         "alt": shown(f"mesh {sample.id}, {faces}, {split}"),
         "id": shown(sample.id),
         "caption": shown(example.caption),
         "faces": faces,
     }
+
+
+def picture_of(sample: Sample, colours: UInt8[np.ndarray, "F 3"] | UInt8[np.ndarray, "F 3 3"]) -> str:
+    """A mesh as a small PNG file in base64."""
+    return b64encode(png_bytes(render(sample.vertices, sample.faces, colours), small=True)).decode()

@@ -68,6 +68,9 @@ def test_only_drawn_splits_are_those_of_the_seed():
     words = drawn.prepare_command(Path("r"), Path("o"))
     assert words == ["features", "a", "--raw", "r/b", "--recipe", "paper", "--split-seed", "3", "--out", "o"]
     assert replace(fixed, data=Data(name="a", features="best")).name != fixed.name
+    copies = replace(fixed, data=Data(name="a", deformed=2))
+    assert copies.name != fixed.name
+    assert copies.prepare_command(Path("r"), Path("o"))[4:6] == ["--deformed", "2"]
 
 
 def test_the_first_seed_of_all_lines_comes_first():

@@ -8,17 +8,20 @@ from typing import Any
 @dataclass(frozen=True, kw_only=True)
 class Data:
     """A data set. `name`: of `meshshard datasets`; `raw`: its folder in MESHSHARD_DATA, "" for one that makes itself;
-    `features`: the recipe of its features; `drawn`: its test split is drawn, so that each seed has another."""
+    `features`: the recipe of its features; `deformed`: how many copies each training mesh has; `drawn`: its test
+    split is drawn, so that each seed has another."""
 
     name: str
     raw: str = ""
     features: str = "paper"
+    deformed: int = 0
     drawn: bool = False
 
     @property
     def label(self) -> str:
-        """Its name, and the recipe of its features where that is not paper."""
-        return self.name if self.features == "paper" else f"{self.name}.{self.features}"
+        """Its name, the recipe of its features where that is not paper, and how many copies there are."""
+        recipe = "" if self.features == "paper" else f".{self.features}"
+        return f"{self.name}{recipe}" + (f".deformed{self.deformed}" if self.deformed else "")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +52,7 @@ class Table:
 
 HUMAN = Data(name="human_seg", raw="human_seg")
 HUMAN_BEST = replace(HUMAN, features="best")
+HUMAN_DEFORMED = replace(HUMAN_BEST, deformed=2)
 SHREC_16, SPLIT_10 = Data(name="shrec_16", raw="shrec_16"), Data(name="shrec11_split10", raw="shrec_16", drawn=True)
 MINICOSEG = Data(name="minicoseg")
 SHORT = {"epochs": 15}
@@ -85,6 +89,14 @@ TABLES = {
         lines=(
             Line(name="recipe paper", data=HUMAN, paper=90.6, published_goal=91.0, honest_goal=90.0),
             Line(name="recipe fast", data=HUMAN_BEST, recipe="fast", published_goal=91.0, honest_goal=90.0),
+            Line(
+                name="recipe fast, two deformed copies of each training mesh",
+                data=HUMAN_DEFORMED,
+                recipe="fast",
+                settings={"scaling": "log-area", "epochs": 17, "warmup_epochs": 1.0},
+                published_goal=91.0,
+                honest_goal=90.0,
+            ),
         ),
     ),
     "fewshot": Table(

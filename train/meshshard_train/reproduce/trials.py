@@ -68,7 +68,9 @@ class Trial:
         """The arguments of `meshshard` that make its shards."""
         drawn = ["--split-seed", str(self.split_seed)]
         where = ["--raw", str(raw / self.data.raw)] if self.data.raw else []
-        return ["features", self.data.name, *where, "--recipe", self.data.features, *drawn, "--out", str(out)]
+        copies = ["--deformed", str(self.data.deformed)] if self.data.deformed else []
+        recipe = ["--recipe", self.data.features, *copies]
+        return ["features", self.data.name, *where, *recipe, *drawn, "--out", str(out)]
 
 
 def trials_of(line: Line, protocols: tuple[str, ...], seeds: dict[str, int]) -> Iterator[Trial]:

@@ -149,6 +149,20 @@ TABLES = {
         lines=(
             Line(name="split-16", data=SHREC_16, paper=100.0, published_goal=100.0, honest_goal=99.5),
             Line(name="split-10", data=SPLIT_10, paper=99.7, published_goal=99.7, honest_goal=99.0),
+            Line(
+                name="split-16, recipe fast",
+                data=replace(SHREC_16, features="best"),
+                recipe="fast",
+                published_goal=100.0,
+                honest_goal=99.5,
+            ),
+            Line(
+                name="split-10, recipe fast",
+                data=replace(SPLIT_10, features="best"),
+                recipe="fast",
+                published_goal=99.7,
+                honest_goal=99.5,
+            ),
         ),
     ),
 }

@@ -52,7 +52,6 @@ class Table:
 
 HUMAN = Data(name="human_seg", raw="human_seg")
 HUMAN_BEST = replace(HUMAN, features="best")
-HUMAN_DEFORMED = replace(HUMAN_BEST, deformed=2)
 SHREC_16, SPLIT_10 = Data(name="shrec_16", raw="shrec_16"), Data(name="shrec11_split10", raw="shrec_16", drawn=True)
 MINICOSEG = Data(name="minicoseg")
 SHORT = {"epochs": 15}
@@ -88,14 +87,19 @@ TABLES = {
         ),
         lines=(
             Line(name="recipe paper", data=HUMAN, paper=90.6, published_goal=91.0, honest_goal=90.0),
-            Line(name="recipe fast", data=HUMAN_BEST, recipe="fast", published_goal=91.0, honest_goal=90.0),
             Line(
-                name="recipe fast, two deformed copies of each training mesh",
-                data=HUMAN_DEFORMED,
+                name="recipe fast",
+                data=replace(HUMAN_BEST, deformed=2),
                 recipe="fast",
-                settings={"scaling": "log-area", "epochs": 17, "warmup_epochs": 1.0},
+                settings={"epochs": 17, "warmup_epochs": 1.0},
                 published_goal=91.0,
                 honest_goal=90.0,
+            ),
+            Line(
+                name="the same without deformed copies, scaled over vertices",
+                data=HUMAN_BEST,
+                recipe="fast",
+                settings={"scaling": "log-standard"},
             ),
         ),
     ),

@@ -63,7 +63,7 @@ def fast(task: str, **overrides: Any) -> TrainConfig:
     that no turn changes, of the feature recipe `best`, scaled over the surface, and an average of weights. With two
     deformed copies of each training mesh a third of the epochs take as long, and learn more.
 
-    Figures and what was tried: docs/decisions/0017-recipe-fast.md, 0018-geodesic-features.md, 0020-deformed-copies.md.
+    Figures and what was tried: docs/decisions/0017-recipe-fast.md, and 0018 and 0020 there.
     """
     of_task: dict[str, dict[str, Any]] = {
         "classification": {"batch_vertices": 1024, "learning_rate": 1e-3, "epochs": 60},

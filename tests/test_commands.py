@@ -388,7 +388,7 @@ def test_export_to_diffusionnet_needs_eigenvectors_and_says_so(world):
         assert found["evecs"].shape == (18, 5)
 
 
-@pytest.mark.parametrize(("typed", "offered"), [("rep", ["reproduce"]), ("view --no", ["--no-open"])])
+@pytest.mark.parametrize(("typed", "offered"), [("rep", ["report", "reproduce"]), ("view --no", ["--no-open"])])
 def test_a_shell_completes_commands_and_options(typed, offered):
     asked = {"_MESHSHARD_COMPLETE": "complete_bash", "COMP_WORDS": f"meshshard {typed}"}
     number = str(len(typed.split()))

@@ -83,8 +83,8 @@ TABLES = {
         title="Human bodies, 1500 faces",
         about=(
             "381 training bodies of four sources, of which 57 are validation: whole subjects, sequences and "
-            "characters that train has not; 18 test bodies of a fifth source. Recipe `fast` learns from each training "
-            "body and two deformed copies of it."
+            "characters that train has not; 18 test bodies of a fifth source. Recipe `fast` learns from each "
+            "training body and two deformed copies of it."
         ),
         lines=(
             Line(name="recipe paper", data=HUMAN, paper=90.6, published_goal=91.0, honest_goal=90.0),

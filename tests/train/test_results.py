@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from meshshard import UsageError, open_dataset
 from meshshard.cli import app
 from meshshard.files import sha256_of_file
-from meshshard_train import pictures
+from meshshard_train import checkpoint, pictures
 from meshshard_train.commands.progress import progress_bar
 from meshshard_train.commands.shared import print_results
 from meshshard_train.evaluate import VOTING_ROUNDS, Evaluation
@@ -245,6 +245,14 @@ def test_data_that_was_moved_away_is_asked_for(tmp_path):
     with pytest.raises(UsageError, match="data, which is not there: name its shards with --data FOLDER"):
         called("evaluate", tmp_path / "run", "--rounds", 0)
     assert "1 round of voting" in called("evaluate", tmp_path / "run", "--rounds", 1, "--data", tmp_path / "moved")
+
+
+def test_data_behind_a_url_is_looked_for_there(finished, tmp_path):
+    best = checkpoint.load(finished["run"] / "best.safetensors")
+    state = best.state | {"folder": "memory://nowhere/data"}
+    checkpoint.save(tmp_path / "best.safetensors", replace(best, state=state))
+    with pytest.raises(UsageError, match="was trained on memory://nowhere/data, which is not there"):
+        called("evaluate", tmp_path, "--rounds", 0)
 
 
 def test_every_key_and_figure_is_documented(finished):

@@ -1,6 +1,5 @@
 """meshshard evaluate: the figures of a run on a split."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -8,6 +7,7 @@ import typer
 from meshshard.commands import AsJson, locate
 from meshshard.errors import UsageError
 from meshshard.plain import to_json
+from meshshard.remote import to_path
 from meshshard_train.commands.shared import Device, Run, print_results, wait_quietly
 
 
@@ -38,10 +38,10 @@ def evaluate(
     if run.is_file():
         raise UsageError(f"{run} is a file: name the folder of its run, as meshshard evaluate {run.parent}")
     best = checkpoint.load(run / BEST)
-    trained_on = Path(best.state["folder"])
-    if data is None and not trained_on.exists():
+    trained_on = best.state["folder"]
+    if data is None and not to_path(trained_on).exists():
         raise UsageError(f"{run} was trained on {trained_on}, which is not there: name its shards with --data FOLDER")
-    dataset = open_dataset(locate(data or str(trained_on)))
+    dataset = open_dataset(locate(data or trained_on))
     check_task(dataset, best.config)
     if clashes := best.clashes(dataset) if data else best.other_data(dataset):
         raise UsageError(

@@ -15,6 +15,7 @@ from meshshard.data_card.page import card_parts, fill
 from meshshard.data_card.survey import survey
 from meshshard.data_card.tables import shown
 from meshshard.files import sha256_of_file
+from meshshard.remote import to_path
 from meshshard_train import checkpoint, matching_results, seeds, tables
 from meshshard_train.checkpoint import Checkpoint
 from meshshard_train.members import JUDGES
@@ -129,10 +130,10 @@ def _filled(values: dict[str, Any], dataset: Dataset | None, missing: list[str])
 
 def _data_of(best: Checkpoint, data: str | None) -> tuple[Dataset | None, list[str]]:
     """The data set that a run learned from; or none, and why. UsageError: `data` is another."""
-    where = Path(data or best.state["folder"])
-    if data is None and not where.exists():
+    where = data or best.state["folder"]
+    if data is None and not to_path(where).exists():
         return None, [f"the data set is not at {where}: no data card and no pictures; say where it is with --data"]
-    dataset = open_dataset(locate(str(where)))
+    dataset = open_dataset(locate(where))
     if others := best.other_data(dataset):
         wrong = f"{dataset.folder} is not what the run was trained on: {'; '.join(others)}"
         if data is not None:

@@ -20,7 +20,16 @@ from meshshard_train.state import BEST, LAST
 from meshshard_train.team import joined
 
 CPU = torch.device("cpu")
-CONFIG = paper("segmentation", epochs=2, batch_vertices=150, precision="fp32", ema=0.5, schedule="constant")
+CONFIG = paper(
+    "segmentation",
+    epochs=2,
+    passes=2,
+    vertex_fraction=0.5,
+    batch_vertices=150,
+    precision="fp32",
+    ema=0.5,
+    schedule="constant",
+)
 
 SERVER = multiprocessing.get_context("forkserver")
 SERVER.set_forkserver_preload(["meshshard_train.loop", "torch._dynamo"])  # which the optimiser imports, for seconds

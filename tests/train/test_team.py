@@ -108,7 +108,7 @@ def test_processes_that_start_differently_are_refused():
 
 
 def test_running_averages_are_for_one_process():
-    config = replace(CONFIG, normalisation="batch")
+    config = replace(CONFIG, normalisation="batch", vertex_fraction=1.0)
     Team().check(config)
     with pytest.raises(UsageError, match="normalisation = batch keeps averages"):
         Team(1, 2).check(config)

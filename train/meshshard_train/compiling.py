@@ -22,7 +22,7 @@ def compiled(
     Rows are padded before the compiled part, which is compiled once, for any number of them. UsageError: layers that
     look at other vertices, whose rows may not be padded; or no C++ compiler, where the processor computes.
     """
-    if config.normalisation != "layer" or config.backbone not in ("mlp_residual", "mlp"):
+    if not config.pointwise:
         raise UsageError(
             "--compile is for networks whose layers see one vertex at a time (normalisation layer, backbone "
             f"mlp_residual or mlp), not for {config.normalisation} and {config.backbone}: leave it out"

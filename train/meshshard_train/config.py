@@ -41,12 +41,15 @@ class TrainConfig:
     Input. `scaling`: "log-standard" (logarithms of HKS, geodesic and shape diameter; all but positions and normals to
     mean 0, deviation 1 in each mesh and channel), "log-area" (the same, each vertex weighed by its area: where a mesh
     has many vertices does not matter) or "min-max" (to 0..1 in each mesh and channel, as published).
+    `vertex_fraction`: of the vertices of a training mesh, so many are computed in a step (see drawn.py); 1: all.
     `rotation_axes`: a mesh is turned by a random number of quarter turns about one of these axes, drawn anew each
     epoch; "" for none. `train_fraction`: of
     the training meshes, for few-shot learning; subsets of one seed are nested.
-    Steps. `batch_vertices`: meshes are packed until their vertices would exceed it; `batch_meshes`: until they are so
-    many, 0 for no such limit. `schedule`: after the warm-up, cosine to 0 or constant. `clip_norm`: longest gradient,
-    0 for no limit. `ema`: decay of the moving average of the weights that is evaluated and kept, 0 for none.
+    Steps. `passes`: how often an epoch goes over the training meshes: more where they are few, so that judging does
+    not cost most. `batch_vertices`: meshes are packed until their vertices, all of them, would exceed it;
+    `batch_meshes`: until they are so many, 0 for no such limit. `schedule`: after the warm-up, cosine to 0 or
+    constant. `clip_norm`: longest gradient, 0 for no limit. `ema`: decay of the moving average of the weights that is
+    evaluated and kept, 0 for none.
     Choice. `selection`: the split that chooses the epoch; "test" is the published protocol, and is named wherever its
     figures are shown. `voting_rounds`: fixed, or -1: chosen on validation; `votes_itself`: a
     face's own class is one of the votes, which the published code leaves out. `patience`: epochs without a better one
@@ -64,6 +67,7 @@ class TrainConfig:
     eigenfunctions: int = 30
     map_regularisation: float = 1e-6
     epochs: int = 60
+    passes: int = 1
     warmup_epochs: float = 3.0
     schedule: str = "cosine"
     learning_rate: float = 2e-3
@@ -76,6 +80,7 @@ class TrainConfig:
     batch_meshes: int = 0
     rotation_axes: str = "y"
     train_fraction: float = 1.0
+    vertex_fraction: float = 1.0
     selection: str = "validation"
     voting_rounds: int = -1
     votes_itself: bool = True
@@ -96,6 +101,7 @@ class TrainConfig:
             "eigenfunctions": (self.eigenfunctions >= 1, "1 or more"),
             "map_regularisation": (self.map_regularisation > 0, "above 0"),
             "epochs": (1 <= self.epochs <= 10**6, "from 1 to a million"),
+            "passes": (1 <= self.passes <= 10**6, "from 1 to a million"),
             "warmup_epochs": (self.warmup_epochs >= 0, "0 or more"),
             "schedule": (self.schedule in SCHEDULES, f"one of {', '.join(SCHEDULES)}"),
             "learning_rate": (self.learning_rate > 0, "above 0"),
@@ -108,6 +114,7 @@ class TrainConfig:
             "batch_meshes": (self.batch_meshes >= 0, "0 or more"),
             "rotation_axes": (set(self.rotation_axes) <= set("xyz"), "some of x, y, z, or none"),
             "train_fraction": (0 < self.train_fraction <= 1, "above 0 and at most 1"),
+            "vertex_fraction": (0 < self.vertex_fraction <= 1, "above 0 and at most 1"),
             "selection": (self.selection in SELECTIONS, f"one of {', '.join(SELECTIONS)}"),
             "voting_rounds": (self.voting_rounds >= -1, "0 or more, or -1: chosen on validation"),
             "patience": (self.patience >= 0, "0 or more"),
@@ -118,8 +125,19 @@ class TrainConfig:
             value = getattr(self, name)
             if not holds or (isinstance(value, float) and not math.isfinite(value)):
                 raise UsageError(f"training setting {name} is {allowed}, not {value!r}")
+        if self.vertex_fraction < 1 and (self.task == "correspondence" or not self.pointwise):
+            raise UsageError(
+                "training setting vertex_fraction below 1 needs a network that sees one vertex at a time "
+                "(normalisation layer, backbone mlp_residual or mlp) and classes to learn, not "
+                f"{self.normalisation}, {self.backbone} and {self.task}"
+            )
         if self.selection == "test" and self.voting_rounds < 0 and self.task in VOTED:
             raise UsageError("training setting selection = test needs voting_rounds: nothing else chooses them")
+
+    @property
+    def pointwise(self) -> bool:
+        """Whether what the network says of a vertex depends on that vertex alone."""
+        return self.normalisation == "layer" and self.backbone in ("mlp_residual", "mlp")
 
     @property
     def protocol(self) -> str:

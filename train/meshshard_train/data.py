@@ -10,23 +10,13 @@ from torch import Tensor
 
 from meshshard import Sample
 from meshshard_train.config import TrainConfig
+from meshshard_train.drawn import Prepared, drawn_part
 from meshshard_train.inputs import inputs_of, turned_columns
 from meshshard_train.model import BLOCKS, drop_path_factors
 from meshshard_train.pairs import pair_sizes
 from meshshard_train.spectra import Spectrum, spectrum_of
 from meshshard_train.tasks import labels_of
 from meshshard_train.tensors import OfTensors
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Prepared(OfTensors):
-    """One mesh as the network takes it, before augmentation. `labels`: -1 is not known and not learned."""
-
-    features_VC: Float[Tensor, "V C"]
-    used_V: Bool[Tensor, " V"]
-    faces_F3: Int[Tensor, "F 3"]
-    labels: Int[Tensor, " n"]
-    spectra: tuple[Spectrum, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -79,21 +69,22 @@ def collate(
     epoch: int | None,
     pairs: tuple[tuple[int, int], ...] = (),
 ) -> Batch:
-    """Pack meshes, on the device they are on. With an epoch, each is turned and gets drop-path factors drawn from
-    (seed, epoch, number), so that a mesh is treated the same whatever it is packed with."""
+    """Pack meshes, on the device they are on. With an epoch, each is turned, gets drop-path factors, and only a part
+    of its vertices may be taken, all drawn from (seed, epoch, number), so that a mesh is treated the same whatever it
+    is packed with."""
     device = meshes[0].features_VC.device
+    rngs = [] if epoch is None else [np.random.default_rng((config.seed, epoch, number)) for number in numbers]
+    turns = [quarter_turn(rng, config.rotation_axes) for rng in rngs]
+    draws = [rng.random(BLOCKS, dtype=np.float32) for rng in rngs]
+    if rngs and config.vertex_fraction < 1:
+        meshes = [drawn_part(mesh, rng, config) for mesh, rng in zip(meshes, rngs, strict=True)]
     vertex_counts = [len(mesh.used_V) for mesh in meshes]
     starts = np.cumsum([0, *vertex_counts[:-1]]).tolist()
     mesh_V = torch.repeat_interleave(torch.tensor(vertex_counts)).to(device, non_blocking=True)
     mesh_F = torch.repeat_interleave(torch.tensor([len(mesh.faces_F3) for mesh in meshes]))
     features_VC = torch.cat([mesh.features_VC for mesh in meshes])
     drop_BL = None
-    if epoch is not None:
-        turns, draws = [], []
-        for number in numbers:
-            rng = np.random.default_rng((config.seed, epoch, number))
-            turns.append(quarter_turn(rng, config.rotation_axes))
-            draws.append(rng.random(BLOCKS, dtype=np.float32))
+    if rngs:
         turn_V33 = torch.from_numpy(np.stack(turns)).to(device)[mesh_V]
         for columns in turned_columns(config, features_VC.shape[1]):
             features_VC[:, columns] = (turn_V33 * features_VC[:, None, columns]).sum(2)
@@ -135,8 +126,8 @@ def packed(
 
 
 def steps_of(numbers: Sequence[int], sizes: Sequence[int], config: TrainConfig, epoch: int) -> list[list[int]]:
-    """The meshes of each step of an epoch: every mesh once, in a drawn order; for correspondence with the vertices of
-    its partner."""
+    """The meshes of each step of one pass over them: every mesh once, in a drawn order; for correspondence with the
+    vertices of its partner."""
     order, paired = epoch_order(numbers, config.seed, epoch), config.task == "correspondence"
     together = pair_sizes(numbers, sizes, config.seed, epoch) if paired else sizes
     return list(packed(order, together, config.batch_vertices, config.batch_meshes))

@@ -12,7 +12,8 @@ from torch.utils.data import DataLoader
 from meshshard import Dataset, UsageError
 from meshshard.errors import MeshshardError
 from meshshard_train.config import TrainConfig
-from meshshard_train.data import Batch, Prepared, collate, packed, prepare
+from meshshard_train.data import Batch, collate, packed, prepare
+from meshshard_train.drawn import Prepared
 from meshshard_train.inputs import input_size
 from meshshard_train.members import training_numbers
 from meshshard_train.pairs import partners, together

@@ -5,6 +5,8 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import chain, groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -82,19 +84,26 @@ def train(
     if team.leads:
         publish_config(run, config)
         publish_epoch(run, state, dataset, config)
-    rate = learning_rate(config, state.epoch + state.seen / len(numbers))
+    whole = config.passes * len(numbers)
+    rate = learning_rate(config, state.epoch + state.seen / whole)
     report(_progress(state, rate))
 
     while not is_over(config, state.history):
         start, saved = time.perf_counter() - state.seconds, time.perf_counter()
-        steps = steps_of(numbers, dataset.vertex_counts, config, state.epoch)[state.step :]
-        batches = Timed(meshes.batches([team.share(step) for step in steps], state.epoch), state.waited)
+        passes = range(state.epoch * config.passes, (state.epoch + 1) * config.passes)
+        plan = [(drawn, step) for drawn in passes for step in steps_of(numbers, dataset.vertex_counts, config, drawn)]
+        plan = plan[state.step :]
+        of_passes = (
+            meshes.batches([team.share(step) for _, step in steps], drawn)
+            for drawn, steps in groupby(plan, itemgetter(0))
+        )
+        batches = Timed(chain.from_iterable(of_passes), state.waited)
         state.network.train()
-        for members, batch in zip(steps, batches, strict=True):
+        for (_, members), batch in zip(plan, batches, strict=True):
             if team.leads and time.perf_counter() - saved > SAVE_SECONDS:
                 save(run / LAST, state, dataset, config)
                 saved = time.perf_counter()
-            rate = learning_rate(config, state.epoch + state.seen / len(numbers))
+            rate = learning_rate(config, state.epoch + state.seen / whole)
             state.loss += _step(state, batch, members, meshes, rate, team)
             state.seen, state.step, state.updates = state.seen + len(members), state.step + 1, state.updates + 1
             state.seconds, state.waited = time.perf_counter() - start, batches.seconds

@@ -39,7 +39,7 @@ def finished_run(
         numbers = training_numbers(dataset, config)
         if missing := classes_without(dataset, numbers, config.task):
             typer.echo(not_trained(missing), err=True)
-        told = [stack.enter_context(progress_bar(config.epochs, len(numbers)))]
+        told = [stack.enter_context(progress_bar(config.epochs, config.passes * len(numbers)))]
         if tensorboard:
             from meshshard_train.events import Events
 

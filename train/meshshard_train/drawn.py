@@ -1,0 +1,49 @@
+"""One mesh as the network takes it, and the part of it that a step of training computes.
+
+Neighbouring vertices teach nearly the same. A network that sees one vertex at a time can learn from a drawn part of
+each mesh: a step then costs that part, and there are as many steps, each of as many meshes.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from jaxtyping import Bool, Float, Int
+from torch import Tensor
+
+from meshshard_train.config import TrainConfig
+from meshshard_train.spectra import Spectrum
+from meshshard_train.tensors import OfTensors
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Prepared(OfTensors):
+    """One mesh as the network takes it, before augmentation. `labels`: -1 is not known and not learned."""
+
+    features_VC: Float[Tensor, "V C"]
+    used_V: Bool[Tensor, " V"]
+    faces_F3: Int[Tensor, "F 3"]
+    labels: Int[Tensor, " n"]
+    spectra: tuple[Spectrum, ...] = ()
+
+
+def drawn_part(mesh: Prepared, rng: np.random.Generator, config: TrainConfig) -> Prepared:
+    """At most `vertex_fraction` of the vertices, but one face or vertex at least. Of faces with labels, as many are
+    drawn as have so many corners, and their corners are taken: the mean of their losses is, over draws, that of all.
+    For other tasks used vertices are drawn, without faces."""
+    wanted, device = config.vertex_fraction * len(mesh.used_V), mesh.used_V.device
+    if config.task == "segmentation":
+        faces = _drawn(rng, len(mesh.faces_F3), int(wanted) // 3).to(device)
+        kept_V, corners = mesh.faces_F3[faces].unique(return_inverse=True)
+        part = replace(mesh, faces_F3=corners.view(-1, 3), labels=mesh.labels[faces])
+    else:
+        used = mesh.used_V.nonzero()[:, 0]
+        kept_V = used[_drawn(rng, len(used), int(wanted)).to(device)]
+        labels = mesh.labels if config.task == "classification" else mesh.labels[kept_V]
+        part = replace(mesh, faces_F3=mesh.faces_F3[:0], labels=labels)
+    return replace(part, features_VC=mesh.features_VC[kept_V], used_V=mesh.used_V[kept_V])
+
+
+def _drawn(rng: np.random.Generator, there: int, wanted: int) -> Int[Tensor, " n"]:
+    """Places of `wanted` of what is there, each at most once, rising."""
+    return torch.from_numpy(np.sort(rng.permutation(there)[: max(wanted, 1)]))

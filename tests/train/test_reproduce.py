@@ -48,7 +48,7 @@ def test_different_trainings_have_different_names_and_lines_that_are_alike_share
     assert all(named[trial.name] == trial for trial in every_trial())
     assert len({config_of(trial).to_json() + trial.data.label for trial in named.values()}) == len(named)
     shared = [table for table in TABLES.values() if experiments.NETWORK in table.lines]
-    assert len(shared) == 3
+    assert len(shared) == 2
 
 
 @pytest.mark.parametrize("trial", {trial.name: trial for trial in every_trial() if trial.seed == 0}.values())

@@ -52,6 +52,7 @@ class Table:
 
 HUMAN = Data(name="human_seg", raw="human_seg")
 HUMAN_BEST = replace(HUMAN, features="best")
+HUMAN_COPIES = replace(HUMAN_BEST, deformed=6)
 SHREC_16, SPLIT_10 = Data(name="shrec_16", raw="shrec_16"), Data(name="shrec11_split10", raw="shrec_16", drawn=True)
 MINICOSEG = Data(name="minicoseg")
 SHORT = {"epochs": 15}
@@ -76,15 +77,10 @@ def _features(name: str, paper: float, *features: str) -> Line:
     return Line(name=name, data=HUMAN, settings={**QUARTER, "features": features}, paper=paper)
 
 
-def _shots(share: int, paper: float, goal: float, epochs: int, passes: int) -> Line:
-    settings = {
-        "train_fraction": round(1 / share, 4),
-        "vertex_fraction": 0.25,
-        "epochs": epochs,
-        "passes": passes,
-        "warmup_epochs": 0.5,
-    }
-    return Line(name=f"1/{share}", data=HUMAN, settings=settings, paper=paper, published_goal=goal)
+def _few(share: int, epochs: int, passes: int) -> dict[str, Any]:
+    """Settings of learning from one in `share` of the meshes."""
+    fraction = {"train_fraction": round(1 / share, 4), "vertex_fraction": 0.25}
+    return {**fraction, "epochs": epochs, "passes": passes, "warmup_epochs": 0.5}
 
 
 TABLES = {
@@ -124,10 +120,36 @@ TABLES = {
         about=(
             "Nested shares of the training bodies, drawn by the seed; subjects, sequences and characters keep their "
             "shares as far as the number allows. Test is whole, and so is validation in the honest columns: there it "
-            "is larger than train. An epoch goes over the bodies ten or twenty times, a quarter of each at a time; "
-            "there are 100, 300 and 400 such passes: a similar number of steps for all lines."
+            "is larger than train. An epoch goes over the bodies several times, a quarter of each at a time. Recipe "
+            "`fast` has each body and six deformed copies of it."
         ),
-        lines=(_shots(10, 88.8, 89.0, 10, 10), _shots(50, 87.5, 88.0, 15, 20), _shots(100, 85.7, 86.0, 20, 20)),
+        lines=(
+            Line(name="1/10", data=HUMAN, settings=_few(10, 10, 10), paper=88.8, published_goal=89.0),
+            Line(name="1/50", data=HUMAN, settings=_few(50, 15, 20), paper=87.5, published_goal=88.0),
+            Line(name="1/100", data=HUMAN, settings=_few(100, 20, 20), paper=85.7, published_goal=86.0),
+            Line(
+                name="1/10, recipe fast",
+                data=HUMAN_COPIES,
+                recipe="fast",
+                settings=_few(10, 5, 3),
+                published_goal=89.0,
+            ),
+            Line(
+                name="1/50, recipe fast",
+                data=HUMAN_COPIES,
+                recipe="fast",
+                settings=_few(50, 10, 6),
+                published_goal=88.0,
+            ),
+            Line(
+                name="1/100, recipe fast",
+                data=HUMAN_COPIES,
+                recipe="fast",
+                settings=_few(100, 10, 10),
+                published_goal=86.0,
+                honest_goal=87.0,
+            ),
+        ),
     ),
     "features": Table(
         title="What the features do",

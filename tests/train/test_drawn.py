@@ -62,12 +62,24 @@ def test_over_draws_the_loss_is_that_of_the_whole():
     assert means.mean().item() == pytest.approx(0.5, abs=4 * means.std().item() / np.sqrt(2000))
 
 
+def test_faces_without_a_label_are_drawn_only_where_no_other_is_there():
+    whole = prepare(SAMPLE, PART)
+    known = torch.arange(128) % 20 == 0
+    part = drawn_part(replace(whole, labels=torch.where(known, whole.labels, -1)), np.random.default_rng(0), PART)
+    assert part.labels.tolist() == whole.labels[known].tolist()
+    nothing = drawn_part(replace(whole, labels=torch.full((128,), -1)), np.random.default_rng(0), PART)
+    assert nothing.labels.tolist() == [-1] * 11
+
+
 @pytest.mark.parametrize("task", ["classification", "vertex_segmentation"])
 def test_of_other_tasks_used_vertices_are_drawn(task):
     config = replace(PART, task=task)
     labels = {"mesh_label": 2} if task == "classification" else {"vertex_labels": np.arange(66, dtype="i2")}
     whole = prepare(replace(SAMPLE, **labels), config)
-    whole = replace(whole, used_V=torch.arange(66) % 3 > 0)
+    used_V = torch.arange(66) % 3 > 0
+    whole = replace(whole, used_V=used_V)
+    if task == "vertex_segmentation":
+        whole = replace(whole, labels=torch.where(used_V, whole.labels, -1))
     part = drawn_part(whole, np.random.default_rng(0), config)
     rows = {tuple(row.tolist()): i for i, row in enumerate(whole.features_VC)}
     places = [rows[tuple(row.tolist())] for row in part.features_VC]

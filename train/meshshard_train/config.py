@@ -43,8 +43,8 @@ class TrainConfig:
     has many vertices does not matter) or "min-max" (to 0..1 in each mesh and channel, as published).
     `vertex_fraction`: of the vertices of a training mesh, so many are computed in a step (see drawn.py); 1: all.
     `rotation_axes`: a mesh is turned by a random number of quarter turns about one of these axes, drawn anew each
-    epoch; "" for none. `train_fraction`: of
-    the training meshes, for few-shot learning; subsets of one seed are nested.
+    epoch; "" for none. `train_fraction`: of the training meshes, for few-shot learning; subsets of one seed are
+    nested.
     Steps. `passes`: how often an epoch goes over the training meshes: more where they are few, so that judging does
     not cost most. `batch_vertices`: meshes are packed until their vertices, all of them, would exceed it;
     `batch_meshes`: until they are so many, 0 for no such limit. `schedule`: after the warm-up, cosine to 0 or

@@ -29,21 +29,25 @@ class Prepared(OfTensors):
 
 def drawn_part(mesh: Prepared, rng: np.random.Generator, config: TrainConfig) -> Prepared:
     """At most `vertex_fraction` of the vertices, but one face or vertex at least. Of faces with labels, as many are
-    drawn as have so many corners, and their corners are taken: the mean of their losses is, over draws, that of all.
-    For other tasks used vertices are drawn, without faces."""
-    wanted, device = config.vertex_fraction * len(mesh.used_V), mesh.used_V.device
+    drawn as have so many corners, and their corners are taken; else vertices with labels, or used ones where the
+    mesh has the label. Over draws the loss is that of the whole. Where nothing has a label, anything is drawn."""
+    wanted = config.vertex_fraction * len(mesh.used_V)
     if config.task == "segmentation":
-        faces = _drawn(rng, len(mesh.faces_F3), int(wanted) // 3).to(device)
+        faces = _drawn(rng, mesh.labels >= 0, int(wanted) // 3)
         kept_V, corners = mesh.faces_F3[faces].unique(return_inverse=True)
         part = replace(mesh, faces_F3=corners.view(-1, 3), labels=mesh.labels[faces])
     else:
-        used = mesh.used_V.nonzero()[:, 0]
-        kept_V = used[_drawn(rng, len(used), int(wanted)).to(device)]
-        labels = mesh.labels if config.task == "classification" else mesh.labels[kept_V]
+        of_mesh = config.task == "classification"
+        kept_V = _drawn(rng, mesh.used_V if of_mesh else mesh.labels >= 0, int(wanted))
+        labels = mesh.labels if of_mesh else mesh.labels[kept_V]
         part = replace(mesh, faces_F3=mesh.faces_F3[:0], labels=labels)
     return replace(part, features_VC=mesh.features_VC[kept_V], used_V=mesh.used_V[kept_V])
 
 
-def _drawn(rng: np.random.Generator, there: int, wanted: int) -> Int[Tensor, " n"]:
-    """Places of `wanted` of what is there, each at most once, rising."""
-    return torch.from_numpy(np.sort(rng.permutation(there)[: max(wanted, 1)]))
+def _drawn(rng: np.random.Generator, eligible_n: Bool[Tensor, " n"], wanted: int) -> Int[Tensor, " k"]:
+    """Places of `wanted` of the eligible, or of all where none is, each at most once, rising; one at least."""
+    places = (
+        eligible_n.nonzero()[:, 0] if eligible_n.any() else torch.arange(len(eligible_n), device=eligible_n.device)
+    )
+    taken = np.sort(rng.permutation(len(places))[: max(wanted, 1)])
+    return places[torch.from_numpy(taken).to(places.device)]

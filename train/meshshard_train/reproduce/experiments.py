@@ -58,7 +58,7 @@ MINICOSEG = Data(name="minicoseg")
 SHORT = {"epochs": 15}
 """Ablations are compared with one another, after a quarter of recipe `paper`'s epochs."""
 ABOUT_ABLATION = (
-    "Human bodies, recipe `paper` with 15 epochs in place of its 60: lines are compared with one another, and the "
+    "Human bodies, recipe `paper`, 15 times over the bodies in place of its 60: lines are compared with one another, and the "
     "figure of the full schedule is in [human](human.md)."
 )
 NETWORK = Line(name="published network", data=HUMAN, settings=SHORT, paper=90.6)
@@ -153,7 +153,7 @@ TABLES = {
     ),
     "features": Table(
         title="What the features do",
-        about=ABOUT_ABLATION + " Of each body a drawn quarter is computed at a time: a quarter of the work.",
+        about=ABOUT_ABLATION + " Each time a drawn quarter of every body is computed: a quarter of the work.",
         lines=(
             _features("vertices", 70.3, "vertices"),
             _features("and normals", 76.5, "vertices", "vertex_normals"),

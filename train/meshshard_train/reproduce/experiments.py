@@ -58,8 +58,8 @@ MINICOSEG = Data(name="minicoseg")
 SHORT = {"epochs": 15}
 """Ablations are compared with one another, after a quarter of recipe `paper`'s epochs."""
 ABOUT_ABLATION = (
-    "Human bodies, recipe `paper`, 15 times over the bodies in place of its 60: lines are compared with one another, and the "
-    "figure of the full schedule is in [human](human.md)."
+    "Human bodies, recipe `paper`, 15 times over the bodies in place of its 60: lines are compared with one another, "
+    "and the figure of the full schedule is in [human](human.md)."
 )
 NETWORK = Line(name="published network", data=HUMAN, settings=SHORT, paper=90.6)
 """The line that ablations of the network share."""

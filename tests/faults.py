@@ -64,7 +64,7 @@ FAULTS = {
     "memory_error": (memory_error, "memory-limit", "more memory than allowed; no more"),
     "allocate": (allocate, "memory-limit", "Unable to allocate 10.0 GiB"),
     "abort": (abort, "memory-limit", "std::bad_alloc"),
-    "hang": (hang, "time-limit", "it was stopped after 1 s"),
+    "hang": (hang, "time-limit", "it was stopped after 5 s"),
     "unpicklable": (unpicklable, "error", "Strange: no module has this class"),
 }
 """Name -> what happens, the code it is told by, words of its cause."""

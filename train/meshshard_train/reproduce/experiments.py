@@ -83,6 +83,11 @@ def _few(share: int, epochs: int, passes: int) -> dict[str, Any]:
     return {**fraction, "epochs": epochs, "passes": passes, "warmup_epochs": 0.5}
 
 
+def _few_fast(share: int, epochs: int, passes: int, **goals: float) -> Line:
+    settings = _few(share, epochs, passes)
+    return Line(name=f"1/{share}, recipe fast", data=HUMAN_COPIES, recipe="fast", settings=settings, **goals)
+
+
 TABLES = {
     "minicoseg": Table(
         title="Generated chairs, vases and aliens",
@@ -127,28 +132,9 @@ TABLES = {
             Line(name="1/10", data=HUMAN, settings=_few(10, 10, 10), paper=88.8, published_goal=89.0),
             Line(name="1/50", data=HUMAN, settings=_few(50, 15, 20), paper=87.5, published_goal=88.0),
             Line(name="1/100", data=HUMAN, settings=_few(100, 20, 20), paper=85.7, published_goal=86.0),
-            Line(
-                name="1/10, recipe fast",
-                data=HUMAN_COPIES,
-                recipe="fast",
-                settings=_few(10, 5, 3),
-                published_goal=89.0,
-            ),
-            Line(
-                name="1/50, recipe fast",
-                data=HUMAN_COPIES,
-                recipe="fast",
-                settings=_few(50, 10, 6),
-                published_goal=88.0,
-            ),
-            Line(
-                name="1/100, recipe fast",
-                data=HUMAN_COPIES,
-                recipe="fast",
-                settings=_few(100, 10, 10),
-                published_goal=86.0,
-                honest_goal=87.0,
-            ),
+            _few_fast(10, 5, 3, published_goal=89.0),
+            _few_fast(50, 10, 6, published_goal=88.0),
+            _few_fast(100, 10, 10, published_goal=86.0, honest_goal=87.0),
         ),
     ),
     "features": Table(

@@ -3,8 +3,10 @@
 import pytest
 import torch
 
+from meshshard import UsageError
 from meshshard_train.config import BACKBONES, NORMALISATIONS
 from meshshard_train.model import BLOCKS, Block, TaskDrivenNet, drop_path_factors
+from meshshard_train.recipes import paper
 from meshshard_train.rows import Rows
 
 SIZES = (5, 30, 9)
@@ -32,6 +34,14 @@ def network(normalisation, backbone):
             elif parameter.ndim == 1:
                 parameter.add_(0.1 * torch.randn_like(parameter))
     return found
+
+
+def test_groups_of_channels_need_a_width_that_they_share():
+    assert paper("segmentation", normalisation="group", width=128).width == 128
+    with pytest.raises(UsageError, match=r"width is a multiple of 128 where normalisation is group.* not 64"):
+        paper("segmentation", normalisation="group", width=64)
+    with pytest.raises(UsageError, match="width is a multiple of 16, from 16 to 4096, not 100"):
+        paper("segmentation", width=100)
 
 
 def features():

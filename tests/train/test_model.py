@@ -21,6 +21,24 @@ def test_live_parameters_of_the_published_network(features, classes, parameters)
     assert sum(p.numel() for p in TaskDrivenNet(features, classes).parameters()) == parameters
 
 
+@pytest.mark.parametrize("width", [16, 64, 512])
+def test_parameters_of_other_widths(width):
+    """A block of c channels has i = c/4 inside: three layers with biases, two norms, gamma."""
+    w, half, double = width, width // 2, 2 * width
+
+    def block(c, i):
+        return (c * i + i) + (i * i + i) + (i * c + c) + 2 * (2 * i) + c
+
+    def join(a, b, norm):
+        return a * b + b + 2 * norm
+
+    layers = [join(25, w, w), join(w, double, double), 3 * join(double, w, double), join(double, half, double)]
+    layers += [3 * join(w, half, w), join(double, half, double), join(half, 32, half), 32 * 8 + 8]
+    assert sum(p.numel() for p in TaskDrivenNet(25, 8, width=width).parameters()) == (
+        sum(layers) + 13 * block(w, w // 4) + 19 * block(double, double // 4)
+    )
+
+
 def test_every_parameter_is_live():
     network = TaskDrivenNet(5, 3)
     network(torch.randn(7, 5)).square().sum().backward()

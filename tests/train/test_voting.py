@@ -5,7 +5,7 @@ import pytest
 from shapes import FAMILY, write_obj
 
 from meshshard_train.bench.peer import CLASSES, vote_around_vertices
-from meshshard_train.voting import neighbours, vote
+from meshshard_train.voting import elections, neighbours, vote
 
 
 def together(faces, vertices, task):
@@ -38,6 +38,42 @@ def test_against_a_plain_loop(name, task):
     for rounds in range(4):
         np.testing.assert_array_equal(vote(labels, near, rounds), expected)
         expected = one_round(expected, plain)
+
+
+@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("name", FAMILY)
+def test_elections_against_a_plain_loop(name, task):
+    """Of classes and of probabilities, also where some numbers of rounds are asked for at once."""
+    vertices, faces = FAMILY[name]
+    near, plain = neighbours(faces, len(vertices), task), together(faces, len(vertices), task)
+    rows = np.random.default_rng(0).dirichlet(np.ones(4), near.shape[0])
+    labels, means, counts = rows.argmax(axis=1), [rows], [0, 1, 3]
+    for _ in range(3):
+        means.append(np.array([means[-1][members].mean(axis=0) for members in plain]))
+    for votes, expected in {
+        "classes": [vote(labels, near, count) for count in counts],
+        "probabilities": [means[count].argmax(axis=1) for count in counts],
+    }.items():
+        at_once = list(elections(labels, rows, near, counts, votes))
+        np.testing.assert_array_equal(at_once, expected)
+        for count, result in zip(counts, expected, strict=True):
+            np.testing.assert_array_equal(list(elections(labels, rows, near, [count], votes)), [result])
+
+
+def test_one_that_is_sure_is_heard_by_probabilities_alone():
+    """Three faces around a vertex: two are hardly for class 0, the third is sure of class 1."""
+    near = neighbours(np.array([[0, 1, 2], [0, 3, 4], [0, 5, 6]]), 7, "segmentation")
+    rows = np.array([[0.55, 0.45], [0.55, 0.45], [0.0, 1.0]])
+    labels = rows.argmax(axis=1)
+    assert [one.tolist() for one in elections(labels, rows, near, [1], "classes")] == [[0, 0, 0]]
+    assert [one.tolist() for one in elections(labels, rows, near, [1], "probabilities")] == [[1, 1, 1]]
+
+
+def test_without_voters_there_is_nothing_to_elect():
+    nothing = neighbours(np.zeros((0, 3), dtype=int), 0, "segmentation")
+    for votes in ("classes", "probabilities"):
+        (found,) = elections(np.zeros(0, dtype=int), np.zeros((0, 3)), nothing, [2], votes)
+        assert found.tolist() == []
 
 
 def test_labels_that_return_every_second_round_are_those_of_round_after_round():

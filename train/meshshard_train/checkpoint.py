@@ -76,7 +76,7 @@ class Checkpoint:
 def network_for(config: TrainConfig, times: int, classes: int) -> TaskDrivenNet:
     """A new network: a class, or a functional coordinate, an output."""
     outputs = config.coordinates if config.task == "correspondence" else classes
-    return TaskDrivenNet(input_size(config, times), outputs, config.normalisation, config.backbone)
+    return TaskDrivenNet(input_size(config, times), outputs, config.normalisation, config.backbone, config.width)
 
 
 def previous(path: Path) -> Path:

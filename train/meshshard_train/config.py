@@ -12,6 +12,7 @@ NORMALISATIONS = ("layer", "batch", "group", "instance", "grn")
 BACKBONES = ("mlp_residual", "mlp", "conv_residual", "conv")
 SCHEDULES = ("cosine", "constant")
 SELECTIONS = ("validation", "test")
+VOTES = ("classes", "probabilities")
 PRECISIONS = ("auto", "bf16", "fp32")
 VOTED = ("segmentation", "vertex_segmentation")
 """Tasks with majority voting."""
@@ -35,7 +36,8 @@ class TrainConfig:
     """Everything that decides the numbers of a run, but data and hardware.
 
     Network. `normalisation`: layer, batch, group, instance, or grn (global response). `backbone`: mlp_residual as
-    published, or one of its ablations. `coordinates`: functional coordinates of a vertex, for correspondence, where
+    published, or one of its ablations. `width`: channels of its first stages, 256 as published; the later ones have
+    twice as many. `coordinates`: functional coordinates of a vertex, for correspondence, where
     functional maps are between the lowest `eigenfunctions` and `map_regularisation` weighs that they commute with the
     Laplacians of meshes of area 1.
     Input. `scaling`: "log-standard" (logarithms of HKS, geodesic and shape diameter; all but positions and normals to
@@ -51,9 +53,9 @@ class TrainConfig:
     constant. `clip_norm`: longest gradient, 0 for no limit. `ema`: decay of the moving average of the weights that is
     evaluated and kept, 0 for none.
     Choice. `selection`: the split that chooses the epoch; "test" is the published protocol, and is named wherever its
-    figures are shown. `voting_rounds`: fixed, or -1: chosen on validation; `votes_itself`: a
-    face's own class is one of the votes, which the published code leaves out. `patience`: epochs without a better one
-    after which a run ends, 0 for never.
+    figures are shown. `voting_rounds`: fixed, or -1: chosen on validation. `votes`: "classes", as published, or
+    "probabilities" (see voting.py); `votes_itself`: a face's own is one of the votes, which the published code leaves
+    out. `patience`: epochs without a better one after which a run ends, 0 for never.
     `precision`: "bf16", "fp32", or "auto": bf16 where the processor computes in it.
     """
 
@@ -63,6 +65,7 @@ class TrainConfig:
     scaling: str = "log-standard"
     normalisation: str = "layer"
     backbone: str = "mlp_residual"
+    width: int = 256
     coordinates: int = 30
     eigenfunctions: int = 30
     map_regularisation: float = 1e-6
@@ -83,6 +86,7 @@ class TrainConfig:
     vertex_fraction: float = 1.0
     selection: str = "validation"
     voting_rounds: int = -1
+    votes: str = "classes"
     votes_itself: bool = True
     patience: int = 0
     precision: str = "auto"
@@ -97,6 +101,7 @@ class TrainConfig:
             "scaling": (self.scaling in SCALINGS, f"one of {', '.join(SCALINGS)}"),
             "normalisation": (self.normalisation in NORMALISATIONS, f"one of {', '.join(NORMALISATIONS)}"),
             "backbone": (self.backbone in BACKBONES, f"one of {', '.join(BACKBONES)}"),
+            "width": (16 <= self.width <= 4096 and self.width % 16 == 0, "a multiple of 16, from 16 to 4096"),
             "coordinates": (self.coordinates >= 1, "1 or more"),
             "eigenfunctions": (self.eigenfunctions >= 1, "1 or more"),
             "map_regularisation": (self.map_regularisation > 0, "above 0"),
@@ -117,6 +122,7 @@ class TrainConfig:
             "vertex_fraction": (0 < self.vertex_fraction <= 1, "above 0 and at most 1"),
             "selection": (self.selection in SELECTIONS, f"one of {', '.join(SELECTIONS)}"),
             "voting_rounds": (self.voting_rounds >= -1, "0 or more, or -1: chosen on validation"),
+            "votes": (self.votes in VOTES, f"one of {', '.join(VOTES)}"),
             "patience": (self.patience >= 0, "0 or more"),
             "precision": (self.precision in PRECISIONS, f"one of {', '.join(PRECISIONS)}"),
             "seed": (0 <= self.seed < 2**63, "0 or more, and below 2^63"),
@@ -125,6 +131,11 @@ class TrainConfig:
             value = getattr(self, name)
             if not holds or (isinstance(value, float) and not math.isfinite(value)):
                 raise UsageError(f"training setting {name} is {allowed}, not {value!r}")
+        if self.normalisation == "group" and self.width % 128:
+            raise UsageError(
+                "training setting width is a multiple of 128 where normalisation is group, whose 32 groups share the "
+                f"channels of a bottleneck, a quarter of them; not {self.width}"
+            )
         if self.vertex_fraction < 1 and (self.task == "correspondence" or not self.pointwise):
             raise UsageError(
                 "training setting vertex_fraction below 1 needs a network that sees one vertex at a time "

@@ -10,7 +10,7 @@ from meshshard_train.model import TaskDrivenNet
 from meshshard_train.predict import predictions
 from meshshard_train.tasks import areas_of, labels_of
 from meshshard_train.team import Team
-from meshshard_train.voting import neighbours, vote
+from meshshard_train.voting import elections, neighbours
 
 VOTING_ROUNDS = (0, 1, 2, 3, 5, 8, 12, 20)
 """Rounds among which the validation split chooses."""
@@ -52,16 +52,16 @@ def evaluate(
     dataset, task = meshes.dataset, meshes.config.task
     raw = Confusion(len(dataset.classes))
     voted = {count: Confusion(len(dataset.classes)) for count in rounds} if task in VOTED else {}
-    for number, labels, _ in predictions(network, meshes, team.share(numbers)):
+    for number, labels, probabilities in predictions(network, meshes, team.share(numbers)):
         sample = dataset[number]
         truth, areas = labels_of(sample, task), areas_of(sample, task)
         adjacency = sample.face_adjacency if task == "segmentation" else None
         raw.add(truth, labels, areas, adjacency)
         if voted:
-            near, done = neighbours(sample.faces, len(sample.vertices), task, meshes.config.votes_itself), 0
-            for count in sorted(voted):
-                labels, done = vote(labels, near, count - done), count
-                voted[count].add(truth, labels, areas, adjacency)
+            near = neighbours(sample.faces, len(sample.vertices), task, meshes.config.votes_itself)
+            elected = elections(labels, probabilities, near, sorted(voted), meshes.config.votes)
+            for count, chosen in zip(sorted(voted), elected, strict=True):
+                voted[count].add(truth, chosen, areas, adjacency)
     total, *others = team.gather(Evaluation(task=task, raw=raw, voted=voted))
     for other in others:
         total.raw.merge(other.raw)

@@ -39,7 +39,7 @@ def judge_of(best: Checkpoint, run: Path, dataset: Dataset, device: torch.device
         return known_rounds(best, run) or 0
 
     def opinions(numbers: Sequence[int]) -> Iterator[Opinion]:
-        from meshshard_train.voting import neighbours, vote  # as slow
+        from meshshard_train.voting import elections, neighbours  # as slow
 
         # batches of its own: opinions on one mesh are asked for while those on all are under way
         meshes = Meshes(dataset, best.config, device, Loading(keep_gib=0.0))
@@ -48,7 +48,7 @@ def judge_of(best: Checkpoint, run: Path, dataset: Dataset, device: torch.device
             truth = labels_of(sample, task)
             if rounds():
                 near = neighbours(sample.faces, len(sample.vertices), task, best.config.votes_itself)
-                labels = vote(labels, near, rounds())
+                (labels,) = elections(labels, probabilities, near, [rounds()], best.config.votes)
             if task == "vertex_segmentation":
                 labels = np.where(sample.used_vertices, labels, -1)
             yield Opinion(labels, _score(truth, labels, probabilities, task))

@@ -84,22 +84,29 @@ class TaskDrivenNet(nn.Module):
 
     An encoder of four stages and a decoder that takes the encoder's outputs again, U-Net fashion. Faces and meshes
     take the means of their vertices' logits: see `pool_faces` and `pool_meshes`. 4,101,672 parameters for 25
-    features and 8 classes. `normalisation`, `backbone`: as in `config.TrainConfig`. `pads_to`: the number of rows
-    that are computed is a multiple of it.
+    features and 8 classes. `normalisation`, `backbone`, `width`: as in `config.TrainConfig`. `pads_to`: the number of
+    rows that are computed is a multiple of it.
     """
 
     def __init__(
-        self, in_features: int, outputs: int, normalisation: str = "layer", backbone: str = "mlp_residual"
+        self,
+        in_features: int,
+        outputs: int,
+        normalisation: str = "layer",
+        backbone: str = "mlp_residual",
+        width: int = 256,
     ) -> None:
         super().__init__()
         self.pads_to, kind = ROWS, (normalisation, backbone)
-        self.stem1, self.stem2 = stem(in_features, 256, normalisation), stem(256, 512, normalisation)
-        self.encoder = nn.ModuleList(Stage(w, d, *kind) for w, d in zip((256, 256, 256, 512), STAGES, strict=True))
-        self.decoder = nn.ModuleList(Stage(512, depth, *kind) for depth in STAGES)
-        self.tails = nn.ModuleList(tail(512, outputs, normalisation) for outputs in (256, 256, 256, 128))
-        self.skips = nn.ModuleList(tail(256, 128, normalisation) for _ in range(3))
-        self.last = tail(512, 128, normalisation)
-        self.head = Chain(norm(normalisation, 128), nn.Linear(128, 32), nn.GELU(), nn.Linear(32, outputs))
+        half, double = width // 2, 2 * width
+        self.stem1, self.stem2 = stem(in_features, width, normalisation), stem(width, double, normalisation)
+        encoded = (width, width, width, double)
+        self.encoder = nn.ModuleList(Stage(w, d, *kind) for w, d in zip(encoded, STAGES, strict=True))
+        self.decoder = nn.ModuleList(Stage(double, depth, *kind) for depth in STAGES)
+        self.tails = nn.ModuleList(tail(double, outputs, normalisation) for outputs in (width, width, width, half))
+        self.skips = nn.ModuleList(tail(width, half, normalisation) for _ in range(3))
+        self.last = tail(double, half, normalisation)
+        self.head = Chain(norm(normalisation, half), nn.Linear(half, 32), nn.GELU(), nn.Linear(32, outputs))
         for module in self.modules():
             if isinstance(module, nn.Linear):
                 nn.init.trunc_normal_(module.weight, std=0.02)

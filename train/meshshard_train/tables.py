@@ -30,6 +30,7 @@ def about(results: dict[str, Any]) -> str:
     if "voted" in _kinds(results):
         count = results["voting_rounds"]
         voting = f", {count} round{'s' * (count != 1)} of voting{' (set by --rounds)' * results['rounds_set']}"
+        voting += " with probabilities" * (results["config"].get("votes") == "probabilities")
         voting += " among neighbours only" * (not results["config"]["votes_itself"])
     learned = f"learned from {results['meshes_trained']} meshes"
     run = f"{results['dataset']}, recipe {results['recipe']}, {learned}, seed {results['seed']}"

@@ -1,9 +1,34 @@
-"""Majority voting: a face takes the commonest class among the faces that share a vertex with it, a vertex that among
-the vertices that share a face with it."""
+"""Voting: a face takes the commonest class among the faces that share a vertex with it, or the likeliest by the mean
+of their probabilities; a vertex that among the vertices that share a face with it."""
+
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import scipy.sparse as sp
-from jaxtyping import Int
+from jaxtyping import Float, Int
+
+
+def elections(
+    labels: Int[np.ndarray, " n"],
+    probabilities: Float[np.ndarray, "n K"],
+    near: sp.csr_array,
+    rounds: Iterable[int],
+    votes: str,
+) -> Iterator[Int[np.ndarray, " n"]]:
+    """Labels after each of some rising numbers of rounds. `labels`: the likeliest classes. `near`: (n,n), 1 for each
+    that has a vote. `votes`: "classes", majorities; or "probabilities": each takes the mean of its voters', in every
+    round anew, and has the likeliest class after the last."""
+    shares = sp.diags_array(1 / np.maximum(near.sum(axis=1), 1)) @ near
+    done = 0
+    for count in rounds:
+        if votes == "classes":
+            labels = vote(labels, near, count - done)
+        elif count > done:
+            for _ in range(count - done):
+                probabilities = shares @ probabilities
+            labels = probabilities.argmax(axis=1)
+        yield labels
+        done = count
 
 
 def vote(labels: Int[np.ndarray, " n"], near: sp.csr_array, rounds: int) -> Int[np.ndarray, " n"]:

@@ -36,16 +36,21 @@ def network(normalisation, backbone):
     return found
 
 
-def test_groups_of_channels_need_a_width_that_they_share():
-    assert paper("segmentation", normalisation="group", width=128).width == 128
-    with pytest.raises(UsageError, match=r"width is a multiple of 128 where normalisation is group.* not 64"):
-        paper("segmentation", normalisation="group", width=64)
-    with pytest.raises(UsageError, match="width is a multiple of 16, from 16 to 4096, not 100"):
-        paper("segmentation", width=100)
-
-
 def features():
     return torch.randn(44, 4, dtype=torch.float64, generator=torch.Generator().manual_seed(1)) * USED[:, None]
+
+
+@pytest.mark.parametrize(("normalisation", "backbone"), VARIANTS)
+def test_narrow_networks(normalisation, backbone):
+    network = TaskDrivenNet(4, 3, normalisation, backbone, width=16).double().eval()
+    together = network(features(), MESH, None, USED)
+    assert together.shape == (44, 3)
+    assert together.isfinite().all()
+
+
+def test_widths_that_there_are():
+    with pytest.raises(UsageError, match="width is a multiple of 16, from 16 to 4096, not 100"):
+        paper("segmentation", width=100)
 
 
 def test_the_variants_are_all_there_are():

@@ -47,6 +47,11 @@ def test_one_mesh_is_normalised_as_by_torch(name, size):
     torch.testing.assert_close(call(ours, x), expected)
 
 
+@pytest.mark.parametrize(("width", "groups"), [(4, 2), (16, 8), (64, 32), (80, 8), (512, 32)])
+def test_groups_have_two_channels_at_least(width, groups):
+    assert normalisation("group", width).groups == groups
+
+
 def test_layer_is_the_published_one():
     layer = normalisation("layer", WIDTH)
     assert type(layer) is nn.LayerNorm

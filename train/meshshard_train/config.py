@@ -131,11 +131,6 @@ class TrainConfig:
             value = getattr(self, name)
             if not holds or (isinstance(value, float) and not math.isfinite(value)):
                 raise UsageError(f"training setting {name} is {allowed}, not {value!r}")
-        if self.normalisation == "group" and self.width % 128:
-            raise UsageError(
-                "training setting width is a multiple of 128 where normalisation is group, whose 32 groups share the "
-                f"channels of a bottleneck, a quarter of them; not {self.width}"
-            )
         if self.vertex_fraction < 1 and (self.task == "correspondence" or not self.pointwise):
             raise UsageError(
                 "training setting vertex_fraction below 1 needs a network that sees one vertex at a time "

@@ -10,6 +10,7 @@ B meshes, V vertices, C channels, G groups of channels.
 
 from collections.abc import Callable
 from functools import partial
+from math import gcd
 
 import torch
 from jaxtyping import Float
@@ -21,7 +22,8 @@ from meshshard_train.rows import OfMesh, Rows
 EPS = 1e-6
 """Of the published LayerNorm, and of all of them."""
 GROUPS = 32
-"""Of group normalisation, as in Wu and He 2018; the article does not say."""
+"""Of group normalisation, as in Wu and He 2018; the article does not say. Fewer where groups would have less than two
+channels."""
 MOMENTUM = 0.1
 """Share of a mesh in the running averages of batch normalisation: torch's."""
 
@@ -31,7 +33,7 @@ def normalisation(name: str, width: int) -> nn.Module:
     kinds: dict[str, Callable[[int], nn.Module]] = {
         "layer": partial(nn.LayerNorm, eps=EPS),
         "batch": BatchNorm,
-        "group": partial(GroupNorm, groups=GROUPS),
+        "group": partial(GroupNorm, groups=gcd(GROUPS, width // 2)),
         "instance": InstanceNorm,
         "grn": GlobalResponseNorm,
     }

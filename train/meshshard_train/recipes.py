@@ -82,15 +82,15 @@ def fast(task: str, **overrides: Any) -> TrainConfig:
 
 def best(task: str, **overrides: Any) -> TrainConfig:
     """The best accuracy that we know how to reach: `fast` with a network a quarter as wide, which learns as much for
-    an eighth of the work, from six deformed copies of each training mesh, and neighbours vote with probabilities.
+    an eighth of the work, and neighbours that vote with probabilities. For segmentation, with six deformed copies of
+    each training mesh; whole meshes are classified better without.
 
     What was tried: docs/decisions/0022-recipe-best.md.
     """
-    of_task: dict[str, dict[str, Any]] = {
-        "classification": {"learning_rate": 3e-3, "batch_vertices": 4096, "epochs": 20},
-    }
-    settings: dict[str, Any] = {"width": 64, "votes": "probabilities", "epochs": 7, "warmup_epochs": 0.5}
-    return replace(fast(task, **settings | of_task.get(task, {}) | overrides), recipe="best")
+    settings: dict[str, Any] = {"width": 64, "votes": "probabilities"}
+    if task != "classification":
+        settings |= {"epochs": 7, "warmup_epochs": 0.5}
+    return replace(fast(task, **settings | overrides), recipe="best")
 
 
 RECIPES: dict[str, Callable[..., TrainConfig]] = {"paper": paper, "official": official, "fast": fast, "best": best}

@@ -56,16 +56,18 @@ HUMAN_COPIES = replace(HUMAN_BEST, deformed=6)
 SHREC_16, SPLIT_10 = Data(name="shrec_16", raw="shrec_16"), Data(name="shrec11_split10", raw="shrec_16", drawn=True)
 MINICOSEG = Data(name="minicoseg")
 ABOUT_SHORT = (
-    "Human bodies, recipe `paper`, 15 times over the bodies in place of its 60: lines are compared with one another, "
-    "and the figure of the full schedule is in [human](human.md)."
+    "Human bodies, recipe `paper`, {} times over the bodies in place of its 60: lines are compared with one another, "
+    "and the figure of the full schedule is in [human](human.md). "
 )
-ABOUT_NARROW = ABOUT_SHORT + " The network has a quarter of the published width, for an eighth of the work."
-NARROW = {"epochs": 5, "passes": 3, "warmup_epochs": 1.0, "width": 64}
+ABOUT_NARROW = (
+    ABOUT_SHORT.format(10) + "The network has a quarter of the published width, for an eighth of the work. "
+)
+NARROW = {"epochs": 5, "passes": 2, "warmup_epochs": 0.5, "width": 64}
 NETWORK = Line(name="residual MLP, layer", data=HUMAN, settings=NARROW, paper=90.6)
 """The line that ablations of the network share."""
 
 QUARTER = {"epochs": 5, "passes": 3, "warmup_epochs": 1.0, "vertex_fraction": 0.25}
-"""As many passes of the published network, a quarter of each mesh at a time; only pointwise networks can."""
+"""The published network, a quarter of each mesh at a time; only pointwise networks can."""
 
 
 def _ablation(setting: str, name: str, value: object, paper: float) -> Line:
@@ -150,7 +152,7 @@ TABLES = {
     ),
     "features": Table(
         title="What the features do",
-        about=ABOUT_SHORT + " Each time a drawn quarter of every body is computed: a quarter of the work.",
+        about=ABOUT_SHORT.format(15) + "Each time a drawn quarter of every body is computed: a quarter of the work.",
         lines=(
             _features("vertices", 70.3, "vertices"),
             _features("and normals", 76.5, "vertices", "vertex_normals"),
@@ -160,7 +162,7 @@ TABLES = {
     ),
     "normalisation": Table(
         title="What the normalisation does",
-        about=ABOUT_NARROW,
+        about=ABOUT_NARROW.strip(),
         lines=(
             _ablation("normalisation", "batch", "batch", 85.4),
             _ablation("normalisation", "group", "group", 87.0),
@@ -172,7 +174,7 @@ TABLES = {
     "backbone": Table(
         title="What the backbone does",
         about=ABOUT_NARROW
-        + " How we read its variants, which were not published: `train/meshshard_train/backbone.py`.",
+        + "How we read its variants, which were not published: `train/meshshard_train/backbone.py`.",
         lines=(
             _ablation("backbone", "convolutions", "conv", 84.0),
             _ablation("backbone", "convolutions, residual", "conv_residual", 88.2),
@@ -200,6 +202,13 @@ TABLES = {
                 name="split-10, recipe fast",
                 data=replace(SPLIT_10, features="best"),
                 recipe="fast",
+                published_goal=99.7,
+                honest_goal=99.0,
+            ),
+            Line(
+                name="split-10, recipe best",
+                data=replace(SPLIT_10, features="best"),
+                recipe="best",
                 published_goal=99.7,
                 honest_goal=99.5,
             ),

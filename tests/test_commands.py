@@ -34,6 +34,10 @@ def but_progress(error):
     return re.sub(r"(?m)^.+: \d+ of \d+, .* not stored\n", "", error)
 
 
+SETTINGS = ("--set", "width=16", "--batch-vertices", 128, "--rotation-axes", "none", "--precision", "fp32")
+"""Of a network that trains in no time."""
+
+
 @pytest.fixture(scope="module")
 def world(tmp_path_factory):
     """A folder with a small labelled data set, its features, and a run."""
@@ -46,8 +50,7 @@ def world(tmp_path_factory):
     status, out, error = meshshard("features", "raw", "--out", "shards", "--val-fraction", 0.3, cwd=root)
     assert (status, but_progress(error)) == (0, "")
     assert out.startswith("raw: 12 stored (12 new), 0 refused, 0 failed")
-    settings = ("--epochs", 3, "--batch-vertices", 128, "--rotation-axes", "none", "--precision", "fp32")
-    status, out, error = meshshard("train", "shards", "--run", "run", *settings, cwd=root)
+    status, out, error = meshshard("train", "shards", "--run", "run", "--epochs", 3, *SETTINGS, cwd=root)
     assert status == 0, error
     assert "run/val.png" in out
     return root
@@ -146,11 +149,10 @@ def test_evaluate_says_what_training_said(world):
 
 
 def test_training_again_does_nothing_and_other_settings_are_refused(world):
-    settings = ("--batch-vertices", 128, "--rotation-axes", "none", "--precision", "fp32")
     start = time.perf_counter()
-    status, _, error = meshshard("train", "shards", "--run", "run", "--epochs", 3, *settings, cwd=world)
+    status, _, error = meshshard("train", "shards", "--run", "run", "--epochs", 3, *SETTINGS, cwd=world)
     assert (status, "epoch 2" in error) == (0, False), time.perf_counter() - start
-    status, _, error = meshshard("train", "shards", "--run", "run", "--epochs", 4, *settings, cwd=world)
+    status, _, error = meshshard("train", "shards", "--run", "run", "--epochs", 4, *SETTINGS, cwd=world)
     assert status == 2
     assert "epochs: 3 against 4" in " ".join(error.split())
 

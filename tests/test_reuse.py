@@ -40,7 +40,7 @@ def folder(tmp_path_factory):
         write_export(dataset, range(3), form, find_exporter(form, dataset), root / form)
     with pytest.MonkeyPatch.context() as patch:  # a network of a block a stage, to save time
         patch.setattr(model, "STAGES", (1, 1, 1, 1))
-        config = paper("segmentation", precision="fp32")
+        config = paper("segmentation", width=16, precision="fp32")
         state = started(network_for(config, len(recipe.times), 2), config)
         write_model(to_checkpoint(state, dataset, config), "onnx", root / "network.onnx")
     return root

@@ -242,7 +242,12 @@ def test_shards_are_read_from_a_bucket(s3, tmp_path, cache):
     s3.requests.clear()
     card, local = json.loads(meshshard("info", url, "--json")[1]), json.loads(meshshard("info", here, "--json")[1])
     assert card == local | {"folder": url}
-    train(open_dataset(url), paper("segmentation", epochs=1, precision="fp32"), tmp_path / "run", torch.device("cpu"))
+    train(
+        open_dataset(url),
+        paper("segmentation", width=16, epochs=1, precision="fp32"),
+        tmp_path / "run",
+        torch.device("cpu"),
+    )
     assert checkpoint.load(tmp_path / "run" / BEST).state["folder"] == url  # where `evaluate` looks
     assert len(s3.asked_for("GET /bucket/toy/shard-0.h5")) == len(list(cache.iterdir())) == 1
     status, out = meshshard("status", url, "--json")

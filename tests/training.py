@@ -22,8 +22,10 @@ from meshshard_train.team import joined
 CPU = torch.device("cpu")
 CONFIG = paper(
     "segmentation",
+    width=16,
     epochs=2,
     passes=2,
+    learning_rate=0.03,
     vertex_fraction=0.5,
     batch_vertices=150,
     precision="fp32",

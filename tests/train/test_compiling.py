@@ -14,7 +14,7 @@ from meshshard_train.compiling import compiled
 from meshshard_train.recipes import paper
 
 CPU = torch.device("cpu")
-CONFIG = paper("segmentation", epochs=2, batch_vertices=150, precision="fp32")
+CONFIG = paper("segmentation", width=16, epochs=2, batch_vertices=150, precision="fp32")
 
 SCRIPT = """
 import json, sys

@@ -24,7 +24,9 @@ from meshshard_train.results import write_results
 from meshshard_train.tasks import check_task, task_of
 
 CPU = torch.device("cpu")
-CONFIG = paper("correspondence", eigenfunctions=10, epochs=2, warmup_epochs=1.0, batch_meshes=2, precision="fp32")
+CONFIG = paper(
+    "correspondence", width=16, eigenfunctions=10, epochs=2, warmup_epochs=1.0, batch_meshes=2, precision="fp32"
+)
 
 
 @pytest.fixture(scope="module")
@@ -158,7 +160,7 @@ def test_a_loss_that_is_not_finite_names_both_meshes(dataset, tmp_path, monkeypa
 
 def test_commands(folder, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    settings = ["--set", "eigenfunctions=10", "--epochs", "1", "--precision", "fp32"]
+    settings = ["--set", "width=16", "--set", "eigenfunctions=10", "--epochs", "1", "--precision", "fp32"]
     told = CliRunner().invoke(app, ["train", str(folder), "--run", "run", *settings])
     assert told.exit_code == 0, told.output
     assert "val geodesic error" in told.output

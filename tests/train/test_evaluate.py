@@ -40,7 +40,7 @@ def world(request, tmp_path, monkeypatch):
         dataset = open_dataset(toy_dataset(tmp_path / "data"))
     else:
         dataset = open_dataset(write_dataset(tmp_path / "data", map(of_vertices, range(5)), ["train"] * 5))
-    config = paper(request.param, precision="fp32")
+    config = paper(request.param, width=16, precision="fp32")
     monkeypatch.setattr(module, "predictions", predicted)
     return network_for(config, len(dataset.recipe.times), 3), Meshes(dataset, config, CPU, Loading()), range(5)
 

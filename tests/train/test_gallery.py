@@ -38,7 +38,7 @@ def shards(tmp_path_factory):
 
 def untrained(folder, shards, task, classes):
     """The folder of a run that has learned nothing."""
-    config = paper(task, precision="fp32", voting_rounds=0)
+    config = paper(task, width=16, precision="fp32", voting_rounds=0)
     torch.manual_seed(0)
     tensors = {f"net.{k}": v for k, v in network_for(config, len(PAPER.times), len(classes)).state_dict().items()}
     names = {"classes": classes, "recipe": PAPER, "splits_sha256": "", "content_sha256": ""}

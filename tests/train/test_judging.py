@@ -19,7 +19,7 @@ CLASSES = ("low", "middle", "high")
 
 def untrained(task, **settings):
     torch.manual_seed(0)
-    config = paper(task, precision="fp32", **settings)
+    config = paper(task, width=16, precision="fp32", **settings)
     return Checkpoint(
         tensors={f"net.{k}": v for k, v in network_for(config, len(PAPER.times), 3).state_dict().items()},
         config=config,

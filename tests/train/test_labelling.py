@@ -31,7 +31,7 @@ def untrained(config):
     )
 
 
-SEGMENTS = untrained(paper("segmentation", precision="fp32"))
+SEGMENTS = untrained(paper("segmentation", width=16, precision="fp32"))
 
 
 def labelled(folder, samples, jobs=1, *, pictures=True, best=SEGMENTS, recipe=PAPER):
@@ -56,7 +56,7 @@ def test_processes_write_what_one_writes(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("task", ["segmentation", "vertex_segmentation", "classification"])
 def test_features_of_another_recipe_or_algorithm_are_refused_with_both(tmp_path, task):
-    best = untrained(paper(task, precision="fp32"))
+    best = untrained(paper(task, width=16, precision="fp32"))
     other = replace(PAPER, weld=False)
     with pytest.raises(UsageError, match=r'"weld":false.*the network learned.*"weld":true'):
         labelled(tmp_path / "a", [sample(1, recipe=other)], best=best, recipe=other)
@@ -69,7 +69,7 @@ def test_vertices_without_features_get_no_label(tmp_path):
     mesh = sample(1, labels=None)
     hks = mesh.hks.copy()
     hks[[0, 5]] = 0
-    best = untrained(paper("vertex_segmentation", precision="fp32"))
+    best = untrained(paper("vertex_segmentation", width=16, precision="fp32"))
     (told,), files = labelled(tmp_path, [replace(mesh, hks=hks)], best=best)
     lines = files["mesh001.seg"].split()
     assert [number for number, line in enumerate(lines) if line == b"-1"] == [0, 5]

@@ -12,7 +12,7 @@ from meshshard_train.loop import learning_rate, train
 from meshshard_train.recipes import official, paper
 
 CPU = torch.device("cpu")
-CONFIG = paper("segmentation", epochs=4, warmup_epochs=1.0, batch_vertices=100, precision="fp32")
+CONFIG = paper("segmentation", width=16, epochs=4, warmup_epochs=1.0, batch_vertices=100, precision="fp32")
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def numbers_of(history):
 
 def test_it_learns(dataset, tmp_path):
     # labels are bands of height: turns about another axis than y would take them away
-    config = replace(CONFIG, epochs=16, learning_rate=3e-3, rotation_axes="y")
+    config = replace(CONFIG, width=64, epochs=16, learning_rate=3e-3, rotation_axes="y")
     history = train(dataset, config, tmp_path / "run", CPU)
     assert history[-1]["loss"] < 0.8 * history[0]["loss"]
     assert history[-1]["val_accuracy"] > 0.8
@@ -94,7 +94,7 @@ def test_a_loss_that_is_not_finite_names_its_meshes(dataset, tmp_path, monkeypat
 
 
 def test_schedule():
-    config = paper("segmentation", epochs=20, warmup_epochs=4.0, learning_rate=0.1)
+    config = paper("segmentation", width=16, epochs=20, warmup_epochs=4.0, learning_rate=0.1)
     rates = [learning_rate(config, epoch) for epoch in (0.0, 2.0, 4.0, 12.0, 20.0)]
     assert rates == pytest.approx([1e-4, 0.05005, 0.1, 0.05, 0], abs=1e-12)
     published = official("segmentation")

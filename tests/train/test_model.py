@@ -45,9 +45,10 @@ def test_every_parameter_is_live():
     assert all(p.grad is not None and p.grad.abs().sum() > 0 for p in network.parameters())
 
 
-def test_initial_weights():
-    network = TaskDrivenNet(25, 8)
-    assert network.stem1[0].weight.std().item() == pytest.approx(0.02, rel=0.1)
+@pytest.mark.parametrize(("width", "std"), [(256, 0.02), (64, 0.04)])
+def test_initial_weights(width, std):
+    network = TaskDrivenNet(25, 8, width=width)
+    assert network.stem1[0].weight.std().item() == pytest.approx(std, rel=0.1)
     assert not network.stem1[0].bias.any()
     assert (network.encoder[0].blocks[0].gamma == 1e-6).all()
     assert {m.eps for m in network.modules() if isinstance(m, torch.nn.LayerNorm)} == {1e-6}

@@ -65,9 +65,14 @@ def trained(dataset, config):
 @pytest.mark.parametrize(
     ("form", "config"),
     [
-        ("onnx", paper("segmentation", precision="fp32", scaling="log-area", normalisation="batch", backbone="mlp")),
+        (
+            "onnx",
+            paper(
+                "segmentation", width=16, precision="fp32", scaling="log-area", normalisation="batch", backbone="mlp"
+            ),
+        ),
         ("onnx", official("classification", normalisation="grn", backbone="conv_residual")),
-        ("torch", paper("vertex_segmentation", precision="fp32", normalisation="group", backbone="conv")),
+        ("torch", paper("vertex_segmentation", width=16, precision="fp32", normalisation="group", backbone="conv")),
     ],
     ids=lambda value: value if isinstance(value, str) else f"{value.task}-{value.normalisation}-{value.backbone}",
 )
@@ -86,7 +91,7 @@ def test_a_file_predicts_what_the_network_predicts(dataset, form, config, tmp_pa
 
 @pytest.mark.usefixtures("small")
 def test_coordinates_are_exported_as_they_are(dataset):
-    config = paper("correspondence", precision="fp32", coordinates=7)
+    config = paper("correspondence", width=16, precision="fp32", coordinates=7)
     best = trained(dataset, config)
     fields = Portable(best).fields_of(dataset[1])
     assert Portable(best)(**fields).shape == (18, 7)
@@ -96,7 +101,7 @@ def test_coordinates_are_exported_as_they_are(dataset):
 
 @pytest.mark.usefixtures("small")
 def test_an_onnx_file_says_what_it_is(dataset, tmp_path):
-    best = trained(dataset, paper("classification", precision="fp32", features=("dihedral",)))
+    best = trained(dataset, paper("classification", width=16, precision="fp32", features=("dihedral",)))
     write_model(best, "onnx", tmp_path / "a.onnx")
     onnx.checker.check_model(onnx.load(tmp_path / "a.onnx"))
     session = onnxruntime.InferenceSession(tmp_path / "a.onnx", providers=["CPUExecutionProvider"])
@@ -111,7 +116,7 @@ def test_an_onnx_file_says_what_it_is(dataset, tmp_path):
 
 @pytest.mark.usefixtures("small")
 def test_a_file_that_differs_is_refused_and_not_left(dataset, tmp_path, monkeypatch):
-    best = trained(dataset, paper("segmentation", precision="fp32"))
+    best = trained(dataset, paper("segmentation", width=16, precision="fp32"))
 
     def another(portable, _):
         with torch.no_grad():
@@ -142,7 +147,7 @@ def test_without_the_data_set_random_meshes_are_enough(dataset):
 
 @pytest.mark.usefixtures("small")
 def test_the_command_writes_and_tells(dataset, tmp_path, monkeypatch):
-    best = trained(dataset, paper("segmentation", precision="fp32"))
+    best = trained(dataset, paper("segmentation", width=16, precision="fp32"))
     checkpoint.save(tmp_path / "best.safetensors", best)
     monkeypatch.setitem(FORMATS, "onnx", (lambda *_: b"file", lambda _: lambda mesh: Portable(best)(**mesh)))
     call = ["export-model", str(tmp_path), "--to", "onnx", "--out", str(tmp_path / "a.onnx")]

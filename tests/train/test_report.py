@@ -24,7 +24,7 @@ from meshshard_train.seeds import folder_of, write_seeds
 from meshshard_train.state import BEST, publish_config
 from meshshard_train.tables import class_table, main_table
 
-CONFIG = paper("segmentation", epochs=2, batch_vertices=100, precision="fp32")
+CONFIG = paper("segmentation", width=16, epochs=2, batch_vertices=100, precision="fp32")
 TAGS = TAGS | {"section", "nav", "a", "h3", "line", "text", "path"}
 PUBLISHED = "published protocol: epoch chosen on TEST"
 
@@ -221,7 +221,7 @@ def test_a_run_of_before_hardware_was_recorded(world):
 
 
 def test_the_published_protocol_stands_beside_every_figure(made, tmp_path):
-    config = official("segmentation", epochs=1, features=("vertices", "hks"))
+    config = official("segmentation", width=16, epochs=1, features=("vertices", "hks"))
     finished_run(made / "shards", tmp_path / "run", config)
     page, _ = page_of(tmp_path / "run")
     titles = re.findall(r"(?:All figures|each class|raw;|voted;|Of 3 meshes)", words(page))
@@ -232,7 +232,9 @@ def test_whole_meshes(tmp_path):
     samples = [sample(n, labels=None, mesh_label=n % 2) for n in range(10)]
     splits = ["train"] * 4 + ["val"] * 3 + ["test"] * 3
     folder = write_dataset(tmp_path / "shards", samples, splits, task="classification", classes=("odd", "even"))
-    finished_run(folder, tmp_path / "run", paper("classification", epochs=1, batch_vertices=100, precision="fp32"))
+    finished_run(
+        folder, tmp_path / "run", paper("classification", width=16, epochs=1, batch_vertices=100, precision="fp32")
+    )
     page, _ = page_of(tmp_path / "run")
     assert "By probability of its class, raw" in words(page)
     alts = [image["alt"] for image in page.named("img")]
@@ -241,7 +243,7 @@ def test_whole_meshes(tmp_path):
 
 
 def test_correspondence(tmp_path):
-    config = paper("correspondence", epochs=1, eigenfunctions=10, coordinates=8, precision="fp32")
+    config = paper("correspondence", width=16, epochs=1, eigenfunctions=10, coordinates=8, precision="fp32")
     results = finished_run(matched_dataset(tmp_path / "shards"), tmp_path / "run", config)
     page, _ = page_of(tmp_path / "run")
     row = next(row for row in page.rows if row[0] == "test")

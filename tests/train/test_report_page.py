@@ -13,7 +13,7 @@ from meshshard_train.seeds import folder_of, write_seeds
 
 pytestmark = pytest.mark.browser
 
-CONFIG = paper("segmentation", epochs=2, batch_vertices=100, precision="fp32")
+CONFIG = paper("segmentation", width=16, epochs=2, batch_vertices=100, precision="fp32")
 KINDS = ("run", "seeds", "shards", "unlabelled", "unfinished")
 
 

@@ -28,8 +28,13 @@ TOY = Table(
     title="Toys",
     about="Two lines.",
     lines=(
-        Line(name="one", data=Data(name="toy"), settings={"epochs": 1}, paper=50.0, honest_goal=0.0),
-        Line(name="two", data=Data(name="toy"), settings={"epochs": 1, "features": ("hks",)}, published_goal=101.0),
+        Line(name="one", data=Data(name="toy"), settings={"epochs": 1, "width": 16}, paper=50.0, honest_goal=0.0),
+        Line(
+            name="two",
+            data=Data(name="toy"),
+            settings={"epochs": 1, "width": 16, "features": ("hks",)},
+            published_goal=101.0,
+        ),
     ),
 )
 
@@ -123,7 +128,8 @@ def test_what_is_recorded_is_not_done_again_and_pages_show_the_records(toy, tmp_
         assert record["shards_sha256"] == [shard.sha256 for shard in open_dataset(tmp_path / "data").index.shards]
         assert len(record["commands"]) == 2
     honest = [
-        100 * records[f"toy-paper-epochs=1-honest-seed={n}"]["results"]["rows"]["test"]["accuracy"] for n in (0, 1)
+        100 * records[f"toy-paper-epochs=1-width=16-honest-seed={n}"]["results"]["rows"]["test"]["accuracy"]
+        for n in (0, 1)
     ]
     table = re.search(r"\| one \| 50.0 \|.*", page).group()
     assert f"| {mean_and_deviation(honest)} |" in table
@@ -139,7 +145,7 @@ def test_what_is_recorded_is_not_done_again_and_pages_show_the_records(toy, tmp_
 def test_one_line_of_a_table(toy, tmp_path):
     toy("--protocol", "honest", "--seeds", "1", "--line", "two")
     assert [path.name for path in (tmp_path / "results" / RUNS).iterdir()] == [
-        "toy-paper-epochs=1-features=hks-honest-seed=0.json"
+        "toy-paper-epochs=1-features=hks-width=16-honest-seed=0.json"
     ]
     assert "| one | 50.0 | - |" in (tmp_path / "results/minicoseg.md").read_text()
 

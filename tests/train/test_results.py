@@ -25,8 +25,8 @@ from meshshard_train.results import rounds_of, write_results
 from meshshard_train.tables import class_table, main_table
 
 CPU = torch.device("cpu")
-PAPER = paper("segmentation", epochs=2, batch_vertices=100, precision="fp32")
-OFFICIAL = official("segmentation", epochs=1, features=("vertices", "hks"))
+PAPER = paper("segmentation", width=16, epochs=2, batch_vertices=100, precision="fp32")
+OFFICIAL = official("segmentation", width=16, epochs=1, features=("vertices", "hks"))
 PUBLISHED = "published protocol: epoch chosen on TEST"
 
 
@@ -202,7 +202,7 @@ def test_classes_that_no_training_mesh_has_are_told(tmp_path, capsys):
     samples = [sample(n, labels=None, mesh_label=n % 2, label_domain="mesh") for n in range(6)]
     names, splits = ("even", "odd", "other"), ["train"] * 2 + ["val"] * 2 + ["test"] * 2
     dataset = open_dataset(write_dataset(tmp_path / "a", samples, splits, task="classification", classes=names))
-    history = train(dataset, paper("classification", epochs=1, precision="fp32"), tmp_path / "run", CPU)
+    history = train(dataset, paper("classification", width=16, epochs=1, precision="fp32"), tmp_path / "run", CPU)
     results, paths = write_results(dataset, tmp_path / "run", history, CPU)
     assert [list(results["rows"][split]) for split in ("val", "test")] == [["accuracy", "class_accuracy"]] * 2
     assert [path.name for path in paths] == ["curves.png", "confusion-val.png", "confusion-test.png"]

@@ -59,7 +59,17 @@ def test_stopped_between_seeds_it_goes_on(tmp_path, monkeypatch):
     toy_dataset(tmp_path / "data")
     program = typer.Typer()
     program.command()(train)
-    words = [str(tmp_path / "data"), "--run", str(tmp_path / "run"), "--epochs", "1", "--precision", "fp32"]
+    words = [
+        str(tmp_path / "data"),
+        "--run",
+        str(tmp_path / "run"),
+        "--epochs",
+        "1",
+        "--precision",
+        "fp32",
+        "--set",
+        "width=16",
+    ]
     words += ["--seed", "4", "--seeds", "2", "--json", "--tensorboard", "--device", "cpu"]
     original = runs.train
 

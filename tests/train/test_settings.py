@@ -61,7 +61,9 @@ def test_mistakes_on_the_command_line_are_told(assignment, message):
 
 
 def test_recipes_that_are_not_there():
-    with pytest.raises(UsageError, match="no training recipe is called 'ours'; there are paper, official, fast, best"):
+    with pytest.raises(
+        UsageError, match="no training recipe is called 'ours'; there are paper, official, fast, best"
+    ):
         resolved("ours", "segmentation", None, [], {})
     with pytest.raises(UsageError, match="there is no recipe official for correspondence"):
         resolved("official", "correspondence", None, [], {})

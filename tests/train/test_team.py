@@ -21,7 +21,19 @@ from meshshard_train.state import METRICS
 from meshshard_train.team import Team
 
 SPLITS = ["train"] * 8 + ["val"] * 3 + ["test"] * 3
-SETTINGS = ("--epochs", "2", "--batch-vertices", "80", "--precision", "fp32", "--device", "cpu", "--json")
+SETTINGS = (
+    "--set",
+    "width=16",
+    "--epochs",
+    "2",
+    "--batch-vertices",
+    "80",
+    "--precision",
+    "fp32",
+    "--device",
+    "cpu",
+    "--json",
+)
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 5])
@@ -146,14 +158,14 @@ def test_torchrun_gives_the_losses_of_one_process_and_results_once(tmp_path):
     results = json.loads(done.stdout)
     assert results == json.loads((tmp_path / "run" / "results.json").read_text())
     assert (results["epochs"], done.stderr.count("epoch 1  loss ")) == (2, 1)
-    config = paper("segmentation", epochs=2, batch_vertices=80, precision="fp32")
+    config = paper("segmentation", width=16, epochs=2, batch_vertices=80, precision="fp32")
     check_rows(tmp_path / "run", train_here(data, tmp_path / "alone", config))
 
 
 def test_torchrun_tells_once_which_meshes_have_no_finite_loss(tmp_path):
     """After a first step that is far too long."""
     data = write_dataset(tmp_path / "data", [sample(n, level=n % 3) for n in range(14)], SPLITS)
-    dataset, config = open_dataset(data), paper("segmentation", batch_vertices=80)
+    dataset, config = open_dataset(data), paper("segmentation", width=16, batch_vertices=80)
     members = steps_of(dataset.splits["train"], dataset.vertex_counts, config, 0)[1]
     assert len(members) > 1  # both processes have some
     done = torchrun(data, tmp_path / "run", "--learning-rate", "1e20")

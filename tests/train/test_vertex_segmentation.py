@@ -46,7 +46,7 @@ def test_intra_from_its_files_to_labels_of_new_meshes(tmp_path):
     assert {split: len(members) for split, members in dataset.splits.items()} == {"test": 2, "train": 6, "val": 2}
     assert (task_of(dataset), dataset.classes) == ("vertex_segmentation", ("vessel", "aneurysm"))
 
-    config = paper(task_of(dataset), epochs=4, warmup_epochs=0.0, batch_vertices=40, precision="fp32")
+    config = paper(task_of(dataset), width=16, epochs=4, warmup_epochs=0.0, batch_vertices=40, precision="fp32")
     history = train(dataset, config, tmp_path / "run", CPU)
     assert history[-1]["loss"] < 0.95 * history[0]["loss"]
     results, pictures = write_results(dataset, tmp_path / "run", history, CPU)

@@ -25,7 +25,7 @@ def shown(monkeypatch):
 def run(tmp_path):
     """A folder with a network that has learned nothing from a data set."""
     shards = toy_dataset(tmp_path / "shards")
-    config = paper("segmentation", precision="fp32", voting_rounds=2)
+    config = paper("segmentation", width=16, precision="fp32", voting_rounds=2)
     tensors = {f"net.{k}": v for k, v in network_for(config, len(PAPER.times), 3).state_dict().items()}
     state = {"folder": str(shards), "colours": ["#000000", "#FF0000", "#00FF00"], "algorithm_version": 1}
     names = {"classes": ("low", "middle", "high"), "recipe": PAPER, "splits_sha256": "", "content_sha256": ""}

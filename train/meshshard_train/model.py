@@ -107,9 +107,10 @@ class TaskDrivenNet(nn.Module):
         self.skips = nn.ModuleList(tail(width, half, normalisation) for _ in range(3))
         self.last = tail(double, half, normalisation)
         self.head = Chain(norm(normalisation, half), nn.Linear(half, 32), nn.GELU(), nn.Linear(32, outputs))
+        std = 0.02 * (256 / width) ** 0.5  # as published at its width; at others, sums are as large as there
         for module in self.modules():
             if isinstance(module, nn.Linear):
-                nn.init.trunc_normal_(module.weight, std=0.02)
+                nn.init.trunc_normal_(module.weight, std=std)
                 nn.init.zeros_(module.bias)
 
     def forward(

@@ -87,7 +87,9 @@ def best(task: str, **overrides: Any) -> TrainConfig:
 
     What was tried: docs/decisions/0022-recipe-best.md.
     """
-    settings: dict[str, Any] = {"width": 64, "votes": "probabilities"}
+    settings: dict[str, Any] = {"width": 128, "votes": "probabilities"}
+    if task != "correspondence":
+        settings |= {"vertex_fraction": 0.5}
     if task != "classification":
         settings |= {"epochs": 7, "warmup_epochs": 0.5}
     return replace(fast(task, **settings | overrides), recipe="best")

@@ -81,9 +81,9 @@ def fast(task: str, **overrides: Any) -> TrainConfig:
 
 
 def best(task: str, **overrides: Any) -> TrainConfig:
-    """The best accuracy that we know how to reach: `fast` with a network a quarter as wide, which learns as much for
-    an eighth of the work, and neighbours that vote with probabilities. For segmentation, with six deformed copies of
-    each training mesh; whole meshes are classified better without.
+    """The best accuracy that we know how to reach: `fast` with a network half as wide and a half of each mesh a
+    step, an eighth of the work, and neighbours that vote with probabilities. For segmentation, with six deformed
+    copies of each training mesh; whole meshes are classified better without.
 
     What was tried: docs/decisions/0022-recipe-best.md.
     """

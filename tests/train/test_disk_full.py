@@ -73,7 +73,7 @@ from training import CONFIG, rows, train_here
 from meshshard import UsageError
 from meshshard_train import checkpoint
 folder, data = Path(sys.argv[1]), Path(sys.argv[2])
-config = replace(CONFIG, ema=0.0)
+config = replace(CONFIG, ema=0.0, width=256, learning_rate=2e-3)
 try:
     train_here(data, folder / "run", config)
 except UsageError as error:
@@ -104,4 +104,5 @@ def test_a_small_file_system_that_is_made_larger(tmp_path):
     wanted = r"last.safetensors cannot be written: No space left .*; it takes 49.\d MB, and \d+.\d MB are free"
     assert re.search(wanted, message)
     assert epoch == 1
-    assert history == rows(train_here(data, tmp_path / "unbroken", replace(CONFIG, ema=0.0)))
+    config = replace(CONFIG, ema=0.0, width=256, learning_rate=2e-3)
+    assert history == rows(train_here(data, tmp_path / "unbroken", config))

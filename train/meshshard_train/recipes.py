@@ -81,9 +81,10 @@ def fast(task: str, **overrides: Any) -> TrainConfig:
 
 
 def best(task: str, **overrides: Any) -> TrainConfig:
-    """The best accuracy that we know how to reach: `fast` with a network half as wide and a half of each mesh a
-    step, an eighth of the work, and neighbours that vote with probabilities. For segmentation, with six deformed
-    copies of each training mesh; whole meshes are classified better without.
+    """What we would train first: as accurate as `fast` where there are many meshes, more where there are few, for an
+    eighth of the work. A network half as wide, a half of each mesh a step, and neighbours that vote with
+    probabilities. For segmentation, with six deformed copies of each training mesh; classes of meshes are learned
+    better without.
 
     What was tried: docs/decisions/0022-recipe-best.md.
     """

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from meshshard.errors import UsageError
-from meshshard_train.config import TrainConfig
+from meshshard_train.config import VOTED, TrainConfig
 
 
 def paper(task: str, **overrides: Any) -> TrainConfig:
@@ -91,7 +91,7 @@ def best(task: str, **overrides: Any) -> TrainConfig:
     settings: dict[str, Any] = {"width": 128, "votes": "probabilities"}
     if task != "correspondence":
         settings |= {"vertex_fraction": 0.5}
-    if task != "classification":
+    if task in VOTED:
         settings |= {"epochs": 7, "warmup_epochs": 0.5}
     return replace(fast(task, **settings | overrides), recipe="best")
 

@@ -10,7 +10,7 @@ from meshshard_train.model import TaskDrivenNet
 from meshshard_train.predict import predictions
 from meshshard_train.tasks import areas_of, labels_of
 from meshshard_train.team import Team
-from meshshard_train.voting import elections, neighbours
+from meshshard_train.voting import elected
 
 VOTING_ROUNDS = (0, 1, 2, 3, 5, 8, 12, 20)
 """Rounds among which the validation split chooses."""
@@ -58,9 +58,10 @@ def evaluate(
         adjacency = sample.face_adjacency if task == "segmentation" else None
         raw.add(truth, labels, areas, adjacency)
         if voted:
-            near = neighbours(sample.faces, len(sample.vertices), task, meshes.config.votes_itself)
-            elected = elections(labels, probabilities, near, sorted(voted), meshes.config.votes)
-            for count, chosen in zip(sorted(voted), elected, strict=True):
+            counts = sorted(voted)
+            for count, chosen in zip(
+                counts, elected(labels, probabilities, sample, meshes.config, counts), strict=True
+            ):
                 voted[count].add(truth, chosen, areas, adjacency)
     total, *others = team.gather(Evaluation(task=task, raw=raw, voted=voted))
     for other in others:

@@ -39,7 +39,7 @@ def judge_of(best: Checkpoint, run: Path, dataset: Dataset, device: torch.device
         return known_rounds(best, run) or 0
 
     def opinions(numbers: Sequence[int]) -> Iterator[Opinion]:
-        from meshshard_train.voting import elections, neighbours  # as slow
+        from meshshard_train.voting import elected  # as slow
 
         # batches of its own: opinions on one mesh are asked for while those on all are under way
         meshes = Meshes(dataset, best.config, device, Loading(keep_gib=0.0))
@@ -47,8 +47,7 @@ def judge_of(best: Checkpoint, run: Path, dataset: Dataset, device: torch.device
             sample = dataset[number]
             truth = labels_of(sample, task)
             if rounds():
-                near = neighbours(sample.faces, len(sample.vertices), task, best.config.votes_itself)
-                (labels,) = elections(labels, probabilities, near, [rounds()], best.config.votes)
+                (labels,) = elected(labels, probabilities, sample, best.config, [rounds()])
             if task == "vertex_segmentation":
                 labels = np.where(sample.used_vertices, labels, -1)
             yield Opinion(labels, _score(truth, labels, probabilities, task))

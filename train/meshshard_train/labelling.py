@@ -20,7 +20,7 @@ from meshshard_train.predict import predictions
 from meshshard_train.prediction_files import Outputs, write_mesh
 from meshshard_train.results import is_finished, rounds_of
 from meshshard_train.state import BEST
-from meshshard_train.voting import elections, neighbours
+from meshshard_train.voting import elected
 
 MESHES_A_PROCESS = 8
 """It takes longer to start one than to draw fewer; what is not drawn is written in no time."""
@@ -87,8 +87,7 @@ def _calls(
     for number, labels, probabilities in predictions(network, meshes, range(len(dataset))):
         sample = dataset[number]
         if outputs.rounds:
-            near = neighbours(sample.faces, len(sample.vertices), outputs.task, best.config.votes_itself)
-            (labels,) = elections(labels, probabilities, near, [outputs.rounds], best.config.votes)
+            (labels,) = elected(labels, probabilities, sample, best.config, [outputs.rounds])
         if outputs.task == "vertex_segmentation":
             labels = np.where(sample.used_vertices, labels, -1)
         yield outputs, sample, labels, probabilities, *places[sample.source]

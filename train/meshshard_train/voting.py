@@ -7,6 +7,21 @@ import numpy as np
 import scipy.sparse as sp
 from jaxtyping import Float, Int
 
+from meshshard import Sample
+from meshshard_train.config import TrainConfig
+
+
+def elected(
+    labels: Int[np.ndarray, " n"],
+    probabilities: Float[np.ndarray, "n K"],
+    sample: Sample,
+    config: TrainConfig,
+    rounds: Iterable[int],
+) -> Iterator[Int[np.ndarray, " n"]]:
+    """`elections` among the faces or vertices of a mesh, as a run holds them."""
+    near = neighbours(sample.faces, len(sample.vertices), config.task, config.votes_itself)
+    return elections(labels, probabilities, near, rounds, config.votes)
+
 
 def elections(
     labels: Int[np.ndarray, " n"],
@@ -16,12 +31,12 @@ def elections(
     votes: str,
 ) -> Iterator[Int[np.ndarray, " n"]]:
     """Labels after each of some rising numbers of rounds. `labels`: the likeliest classes. `near`: (n,n), 1 for each
-    that has a vote. `votes`: "classes", majorities; or "probabilities": each takes the mean of its voters', in every
-    round anew, and has the likeliest class after the last."""
-    shares = sp.diags_array(1 / np.maximum(near.sum(axis=1), 1)) @ near
+    that has a vote, one at least. `votes`: "classes", majorities; or "probabilities": each takes the mean of its
+    voters', in every round anew, and has the likeliest class after the last."""
+    shares = sp.diags_array(1 / near.sum(axis=1)) @ near if votes == "probabilities" else None
     done = 0
     for count in rounds:
-        if votes == "classes":
+        if shares is None:
             labels = vote(labels, near, count - done)
         elif count > done:
             for _ in range(count - done):

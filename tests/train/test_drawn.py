@@ -10,7 +10,7 @@ from packed import pack
 from samples import sample, toy_dataset
 
 from meshshard import UsageError, open_dataset
-from meshshard_train.config import BACKBONES, NORMALISATIONS
+from meshshard_train.config import NORMALISATIONS
 from meshshard_train.data import prepare
 from meshshard_train.drawn import drawn_part
 from meshshard_train.loop import train
@@ -106,14 +106,21 @@ def test_evaluation_and_all_of_the_vertices_are_left_whole():
     )
 
 
-def test_networks_that_see_other_vertices_refuse_a_part():
-    others = [{"normalisation": name} for name in NORMALISATIONS if name != "layer"]
-    others += [{"backbone": name} for name in BACKBONES if "conv" in name] + [{"task": "correspondence"}]
-    for settings in others:
-        with pytest.raises(
-            UsageError, match="vertex_fraction below 1 needs a network that sees one vertex at a time"
-        ):
+def test_convolutions_and_correspondence_refuse_a_part():
+    for settings in ({"backbone": "conv"}, {"backbone": "conv_residual"}, {"task": "correspondence"}):
+        with pytest.raises(UsageError, match="vertex_fraction below 1 needs a network without convolutions"):
             replace(PART, voting_rounds=0, **settings)
+
+
+@pytest.mark.parametrize("name", NORMALISATIONS)
+def test_normalisation_is_over_what_is_drawn_of_a_mesh(name):
+    """Not over what is not, nor over what is packed with it."""
+    config = replace(PART, normalisation=name, drop_path=0.0)
+    torch.manual_seed(0)
+    network = TaskDrivenNet(23, 3, name, width=16)
+    alone, packed = pack([SAMPLE], [3], config, 1), pack([SAMPLE, sample(0)], [3, 0], config, 1)
+    found = network(packed.features_VC, packed.mesh_V, used_V=packed.used_V)[packed.mesh_V == 0]
+    torch.testing.assert_close(found, network(alone.features_VC, used_V=alone.used_V))
 
 
 def test_passes_go_over_the_meshes_anew_before_they_are_judged(tmp_path):

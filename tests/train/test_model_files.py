@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import onnx
@@ -13,7 +14,7 @@ from typer.testing import CliRunner
 
 from meshshard import UsageError, open_dataset
 from meshshard.cli import app
-from meshshard_train import checkpoint, model
+from meshshard_train import checkpoint, model, model_files
 from meshshard_train.checkpoint import network_for
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.model_files import FORMATS, check_meshes, largest_difference, write_model
@@ -82,6 +83,7 @@ def test_a_file_predicts_what_the_network_predicts(dataset, form, config, tmp_pa
     assert report["largest_difference"] < 1e-5
     assert report["checked"] == [50, 333, 6, 66]
     file = (tmp_path / "new" / "file").read_bytes()
+    assert str(Path(model_files.__file__).parent).encode() not in file  # nor where the code is, line by line
     run, portable = FORMATS[form][1](file), Portable(best)
     for number, _, expected in predictions(best.network(), Meshes(dataset, config, CPU, Loading()), range(3)):
         found = run(portable.fields_of(dataset[number])).detach().numpy()

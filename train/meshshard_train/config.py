@@ -44,6 +44,7 @@ class TrainConfig:
     mean 0, deviation 1 in each mesh and channel), "log-area" (the same, each vertex weighed by its area: where a mesh
     has many vertices does not matter) or "min-max" (to 0..1 in each mesh and channel, as published).
     `vertex_fraction`: of the vertices of a training mesh, so many are computed in a step (see drawn.py); 1: all.
+    Normalisations over a mesh are then over these.
     `rotation_axes`: a mesh is turned by a random number of quarter turns about one of these axes, drawn anew each
     epoch; "" for none. `train_fraction`: of the training meshes, for few-shot learning; subsets of one seed are
     nested.
@@ -131,11 +132,10 @@ class TrainConfig:
             value = getattr(self, name)
             if not holds or (isinstance(value, float) and not math.isfinite(value)):
                 raise UsageError(f"training setting {name} is {allowed}, not {value!r}")
-        if self.vertex_fraction < 1 and (self.task == "correspondence" or not self.pointwise):
+        if self.vertex_fraction < 1 and (self.task == "correspondence" or self.convolves):
             raise UsageError(
-                "training setting vertex_fraction below 1 needs a network that sees one vertex at a time "
-                "(normalisation layer, backbone mlp_residual or mlp) and classes to learn, not "
-                f"{self.normalisation}, {self.backbone} and {self.task}"
+                "training setting vertex_fraction below 1 needs a network without convolutions (backbone "
+                f"mlp_residual or mlp) and classes to learn, not {self.backbone} and {self.task}"
             )
         if self.selection == "test" and self.voting_rounds < 0 and self.task in VOTED:
             raise UsageError("training setting selection = test needs voting_rounds: nothing else chooses them")
@@ -143,7 +143,12 @@ class TrainConfig:
     @property
     def pointwise(self) -> bool:
         """Whether what the network says of a vertex depends on that vertex alone."""
-        return self.normalisation == "layer" and self.backbone in ("mlp_residual", "mlp")
+        return self.normalisation == "layer" and not self.convolves
+
+    @property
+    def convolves(self) -> bool:
+        """Whether layers look at the vertices before and after one."""
+        return self.backbone in ("conv_residual", "conv")
 
     @property
     def protocol(self) -> str:

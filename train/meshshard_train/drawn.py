@@ -1,7 +1,7 @@
 """One mesh as the network takes it, and the part of it that a step of training computes.
 
-Neighbouring vertices teach nearly the same. A network that sees one vertex at a time can learn from a drawn part of
-each mesh: a step then costs that part, and there are as many steps, each of as many meshes.
+Neighbouring vertices teach nearly the same. A network without convolutions can learn from a drawn part of each mesh:
+a step then costs that part, and there are as many steps, each of as many meshes.
 """
 
 from dataclasses import dataclass, replace

@@ -87,12 +87,15 @@ def largest_difference(portable: Portable, run: Callable[[Fields], Tensor], mesh
 
 
 def program_of(portable: Portable) -> torch.export.ExportedProgram:
-    """The network as a graph for any number of vertices and faces."""
+    """The network as a graph for any number of vertices and faces, without where on this machine its code lies."""
     vertices, faces = torch.export.Dim("vertices"), torch.export.Dim("faces")
     example = portable.random_fields(50, 96, seed=0)
     sizes = {name: {0: faces if name == "faces" else vertices} for name in example}
     with torch.no_grad():
-        return torch.export.export(portable, (), kwargs=example, dynamic_shapes=sizes)
+        program = torch.export.export(portable, (), kwargs=example, dynamic_shapes=sizes)
+    for node in program.graph.nodes:
+        node.meta.pop("stack_trace", None)
+    return program
 
 
 def torch_file(portable: Portable, metadata: dict[str, str]) -> bytes:
@@ -122,6 +125,8 @@ def onnx_file(portable: Portable, metadata: dict[str, str]) -> bytes:
             output_names=[OUTPUTS[portable.config.task][0]],
         )
     assert program is not None
+    for node in program.model.graph:
+        node.metadata_props.clear()  # where in the network it is, a paragraph each
     program.model.metadata_props.update(metadata)
     return program.model_proto.SerializeToString()
 

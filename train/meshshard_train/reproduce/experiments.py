@@ -53,8 +53,8 @@ class Table:
 HUMAN = Data(name="human_seg", raw="human_seg")
 HUMAN_BEST = replace(HUMAN, features="best")
 HUMAN_COPIES = replace(HUMAN_BEST, deformed=6)
-GROUPED = {"normalisation": "group", "width": 64, "vertex_fraction": 1.0, "epochs": 5}
-"""Statistics of whole meshes in the network."""
+TWO_ROUNDS = {"voting_rounds": 2}
+"""Of votes with probabilities, for bodies of a source that is not learned: see docs/decisions, 0023."""
 SHREC_16, SPLIT_10 = Data(name="shrec_16", raw="shrec_16"), Data(name="shrec11_split10", raw="shrec_16", drawn=True)
 MINICOSEG = Data(name="minicoseg")
 ABOUT_SHORT = (
@@ -69,7 +69,7 @@ NETWORK = Line(name="residual MLP, layer", data=HUMAN, settings=NARROW, paper=90
 """The line that ablations of the network share."""
 
 QUARTER = {"epochs": 5, "passes": 3, "warmup_epochs": 1.0, "vertex_fraction": 0.25}
-"""The published network, a quarter of each mesh at a time; only pointwise networks can."""
+"""The published network, a quarter of each mesh at a time; networks with convolutions cannot."""
 
 
 def _ablation(setting: str, name: str, value: object, paper: float) -> Line:
@@ -82,9 +82,8 @@ def _features(name: str, paper: float, *features: str) -> Line:
 
 def _few(share: int, epochs: int, passes: int, recipe: str = "paper", **figures: float) -> Line:
     """Learning from one in `share` of the bodies; recipe `best` takes parts of meshes itself."""
-    settings = {"train_fraction": round(1 / share, 4), "epochs": epochs, "passes": passes, "warmup_epochs": 0.5}
-    if recipe != "best":
-        settings["vertex_fraction"] = 0.25
+    settings: dict[str, Any] = dict(TWO_ROUNDS) if recipe == "best" else {"vertex_fraction": 0.25}
+    settings |= {"train_fraction": round(1 / share, 4), "epochs": epochs, "passes": passes, "warmup_epochs": 0.5}
     name, data = (f"1/{share}", HUMAN) if recipe == "paper" else (f"1/{share}, recipe {recipe}", HUMAN_COPIES)
     return Line(name=name, data=data, recipe=recipe, settings=settings, **figures)
 
@@ -117,6 +116,14 @@ TABLES = {
         lines=(
             Line(name="recipe paper", data=HUMAN, paper=90.6, published_goal=91.0, honest_goal=90.0),
             Line(
+                name="paper, a quarter of each body",
+                data=HUMAN,
+                settings={"epochs": 15, "passes": 4, "warmup_epochs": 0.75, "vertex_fraction": 0.25},
+                paper=90.6,
+                published_goal=91.0,
+                honest_goal=90.0,
+            ),
+            Line(
                 name="recipe fast",
                 data=replace(HUMAN_BEST, deformed=2),
                 recipe="fast",
@@ -124,9 +131,13 @@ TABLES = {
                 published_goal=91.0,
                 honest_goal=90.0,
             ),
-            Line(name="recipe best", data=HUMAN_COPIES, recipe="best", published_goal=91.0, honest_goal=92.0),
             Line(
-                name="best, group normalisation", data=HUMAN_COPIES, recipe="best", settings=GROUPED, honest_goal=92.0
+                name="recipe best",
+                data=HUMAN_COPIES,
+                recipe="best",
+                settings=TWO_ROUNDS,
+                published_goal=91.0,
+                honest_goal=92.0,
             ),
             Line(
                 name="fast, no copies",
@@ -150,9 +161,9 @@ TABLES = {
             _few(100, 20, 20, paper=85.7, published_goal=86.0),
             _few(50, 10, 6, "fast", published_goal=88.0),
             _few(100, 10, 10, "fast", published_goal=86.0),
-            _few(10, 5, 3, "best", published_goal=89.0),
-            _few(50, 10, 6, "best", published_goal=88.0),
-            _few(100, 10, 10, "best", published_goal=86.0, honest_goal=87.0),
+            _few(10, 10, 4, "best", published_goal=89.0),
+            _few(50, 10, 12, "best", published_goal=88.0),
+            _few(100, 10, 20, "best", published_goal=86.0, honest_goal=87.0),
         ),
     ),
     "features": Table(

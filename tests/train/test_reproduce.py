@@ -150,6 +150,17 @@ def test_one_line_of_a_table(toy, tmp_path):
     assert "| one | 50.0 | - |" in (tmp_path / "results/minicoseg.md").read_text()
 
 
+def test_what_cannot_be_compiled_is_trained_as_it_is_and_said(toy, tmp_path, monkeypatch):
+    settings = {"epochs": 1, "width": 16, "normalisation": "instance"}
+    whole = Line(name="whole", data=Data(name="toy"), settings=settings)
+    monkeypatch.setitem(TABLES, "minicoseg", replace(TOY, lines=(whole,)))
+    assert "not compiled: its layers look at more than one vertex" in toy(
+        "--protocol", "honest", "--seeds", "1", "--compile"
+    )
+    (path,) = (tmp_path / "results" / RUNS).iterdir()
+    assert json.loads(path.read_bytes())["results"]["compiled"] is False
+
+
 def test_pages_are_written_without_training(toy, tmp_path):
     toy("--protocol", "honest", "--seeds", "1")
     page = tmp_path / "results/minicoseg.md"

@@ -30,7 +30,9 @@ def reproduce(
     pages_only: Annotated[
         bool, typer.Option("--pages", help="Train nothing: write the pages from the records.")
     ] = False,
-    compiling: Annotated[bool, typer.Option("--compile", help="Compile the networks first.")] = False,
+    compiling: Annotated[
+        bool, typer.Option("--compile", help="Compile the networks that can be compiled first.")
+    ] = False,
     device: Device = "auto",
 ) -> None:
     """Run an experiment of the paper, or go on with it, and write its page.
@@ -72,7 +74,9 @@ def reproduce(
         shards = shards_of(trial, root, work / "features")
         dataset = open_dataset(shards)
         config, run = trial.config(task_of(dataset)), work / "runs" / trial.name
-        made = finished_run(dataset, config, run, where, Loading(), Team(), False, compiling)
+        if compiling and not config.pointwise:
+            typer.echo("not compiled: its layers look at more than one vertex", err=True)
+        made = finished_run(dataset, config, run, where, Loading(), Team(), False, compiling and config.pointwise)
         assert made is not None
         commands = [trial.prepare_command(Path(DATA), SHARDS), trial.train_command(config.task, SHARDS)]
         told = [f"meshshard {shlex.join(command)}" for command in commands]

@@ -59,7 +59,7 @@ def train(
 
     `report` is told at the start, after each step and after each epoch.
     `run` gets last.safetensors (all of the state, after every epoch and every five minutes), best.safetensors (the
-    epoch with the highest score, the first of equals) and metrics.jsonl; the checkpoints before them stay as
+    epoch with the highest score, the last of equals) and metrics.jsonl; the checkpoints before them stay as
     previous-*. A run that is there goes on from its last checkpoint. UsageError when it was started with another
     configuration, data or classes, when a loss or its gradient is not finite, or the disk is full.
     """

@@ -19,11 +19,12 @@ def learning_rate(config: TrainConfig, epoch: float) -> float:
 
 
 def best_epoch(history: Sequence[dict[str, Any]]) -> int:
-    """The epoch with the highest score, the first of equals; -1 without any."""
-    return max(range(len(history)), key=lambda epoch: (history[epoch]["score"], -epoch), default=-1)
+    """The epoch with the highest score, the last of equals, which has learned most; -1 without any."""
+    return max(range(len(history)), key=lambda epoch: (history[epoch]["score"], epoch), default=-1)
 
 
 def is_over(config: TrainConfig, history: Sequence[dict[str, Any]]) -> bool:
     """All epochs are done, or the last `patience` of them brought no better one."""
-    waited = len(history) - 1 - best_epoch(history)
-    return len(history) >= config.epochs or 0 < config.patience <= waited
+    scores = [row["score"] for row in history]
+    waited = len(scores) - 1 - scores.index(max(scores)) if scores else 0
+    return len(scores) >= config.epochs or 0 < config.patience <= waited

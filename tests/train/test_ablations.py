@@ -12,10 +12,12 @@ from meshshard_train.rows import Rows
 SIZES = (5, 30, 9)
 MESH = torch.repeat_interleave(torch.tensor(SIZES))
 USED = torch.arange(44) % 7 != 3
+AREAS = 0.1 + torch.rand(44, dtype=torch.float64, generator=torch.Generator().manual_seed(2))
 VARIANTS = [
     ("layer", "mlp_residual"),
     ("batch", "mlp_residual"),
     ("instance", "mlp_residual"),
+    ("instance_area", "mlp_residual"),
     ("group", "mlp"),
     ("grn", "conv"),
     ("batch", "conv_residual"),
@@ -72,9 +74,12 @@ def test_packed_gradients_are_the_sum_of_those_of_each_mesh(normalisation, backb
     def loss(logits, part):
         return (logits * target[part])[USED[part]].sum() / part.sum()
 
-    packed, parts = net(x, MESH, drops[MESH], USED), [number == MESH for number in range(3)]
+    packed, parts = net(x, MESH, drops[MESH], USED, AREAS), [number == MESH for number in range(3)]
     together = gradients([loss(packed[part], part) for part in parts])
-    singles = [net(x[p], None, drops[n].expand(int(p.sum()), -1), USED[p]) for n, p in enumerate(parts)]
+    singles = [
+        net(x[part], None, drops[number].expand(int(part.sum()), -1), USED[part], AREAS[part])
+        for number, part in enumerate(parts)
+    ]
     alone = gradients([loss(single, part) for single, part in zip(singles, parts, strict=True)])
     largest = max(float(gradient.abs().max()) for gradient in alone.values())
     assert largest > 0
@@ -88,7 +93,7 @@ def test_neither_padding_nor_unused_vertices_change_anything(normalisation, back
     net, x, found = network(normalisation, backbone), features(), []
     for rows, unused in ((1, 0.0), (8, 0.0), (64, 0.0), (1, 1e3)):
         net.pads_to = rows
-        found.append(net(torch.where(USED[:, None], x, unused), MESH, None, USED)[USED])
+        found.append(net(torch.where(USED[:, None], x, unused), MESH, None, USED, AREAS)[USED])
     for other in found[1:]:
         torch.testing.assert_close(other, found[0], atol=1e-10, rtol=1e-8)
 

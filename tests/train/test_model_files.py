@@ -73,6 +73,7 @@ def trained(dataset, config):
             ),
         ),
         ("onnx", official("classification", normalisation="grn", backbone="conv_residual")),
+        ("onnx", paper("segmentation", width=16, precision="fp32", normalisation="instance_area")),
         ("torch", paper("vertex_segmentation", width=16, precision="fp32", normalisation="group", backbone="conv")),
     ],
     ids=lambda value: value if isinstance(value, str) else f"{value.task}-{value.normalisation}-{value.backbone}",

@@ -16,6 +16,7 @@ THEIRS = {
     "batch": nn.BatchNorm1d(WIDTH, eps=EPS),
     "group": nn.GroupNorm(GROUPS, WIDTH, eps=EPS),
     "instance": nn.InstanceNorm1d(WIDTH, eps=EPS, affine=True),
+    "instance_area": nn.InstanceNorm1d(WIDTH, eps=EPS, affine=True),  # where areas are alike
 }
 OF_MESH = [name for name in NORMALISATIONS if name != "layer"]
 
@@ -91,6 +92,26 @@ def test_a_packed_mesh_is_treated_as_if_it_were_alone(name, training):
     for number, part in enumerate(parts):
         mine = used[mesh == number]
         torch.testing.assert_close(found[mesh == number][mine], call(layer, part[mine]))
+
+
+def test_over_a_surface_a_row_counts_as_often_as_its_area_says():
+    """Rows with whole numbers as areas, and each repeated so many times."""
+    layer, parts = drawn("instance_area"), meshes(3, 40)
+    areas = torch.arange(43) % 4
+    areas[41] = 9
+    mesh = torch.repeat_interleave(torch.tensor([3, 40]))
+    used, x = torch.arange(43) != 41, torch.cat(parts)
+    found = layer(x, Rows(x, None, mesh, used, areas.double() / 7))
+    for number in (0, 1):
+        mine = (mesh == number) & used
+        repeated = x[mine].repeat_interleave(areas[mine], 0)
+        plain = drawn("instance")(repeated, Rows(repeated))
+        torch.testing.assert_close(found[mine].repeat_interleave(areas[mine], 0), plain)
+
+
+def test_a_mesh_without_area_stays_finite():
+    layer, (x,) = drawn("instance_area"), meshes(5)
+    assert layer(x, Rows(x, areas_V=torch.zeros(5))).isfinite().all()
 
 
 def test_running_averages_are_torchs_of_one_mesh_after_another():

@@ -44,6 +44,15 @@ def test_convolution_sees_no_other_mesh_no_unused_vertex_and_no_padding():
         torch.testing.assert_close(packed[number == MESH][used], alone[used])
 
 
+def test_area_means_weigh_each_row_by_its_area():
+    x, areas = torch.randn(12, 5, dtype=torch.float64), torch.rand(12, dtype=torch.float64)
+    rows = Rows(with_padding(x), 12, MESH, USED, areas)
+    for number in (0, 2):
+        mine = (number == MESH) & USED
+        expected = (x[mine] * areas[mine, None]).sum(0) / areas[mine].sum()
+        torch.testing.assert_close(rows.area_means(with_padding(x))[number], expected)
+
+
 def test_one_mesh_needs_no_numbers():
     x = torch.randn(6, 2)
     assert torch.equal(Rows(x).means(x), Rows(x, 6, torch.zeros(6, dtype=torch.int64)).means(x))

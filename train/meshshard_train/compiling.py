@@ -40,6 +40,7 @@ def compiled(
         mesh_V: Int[Tensor, " V"] | None = None,  # noqa: ARG001
         drop_VL: Float[Tensor, "V L"] | None = None,
         used_V: Bool[Tensor, " V"] | None = None,  # noqa: ARG001
+        areas_V: Float[Tensor, " V"] | None = None,  # noqa: ARG001
     ) -> Float[Tensor, "V K"]:
         rows_WC, drop_WL = padded(features_VC, drop_VL, ROWS)
         return inner(rows_WC, None, drop_WL)[: len(features_VC)]

@@ -8,7 +8,7 @@ from meshshard.errors import UsageError
 
 TASKS = ("segmentation", "vertex_segmentation", "classification", "correspondence")
 SCALINGS = ("log-standard", "log-area", "min-max")
-NORMALISATIONS = ("layer", "batch", "group", "instance", "grn")
+NORMALISATIONS = ("layer", "batch", "group", "instance", "instance_area", "grn")
 BACKBONES = ("mlp_residual", "mlp", "conv_residual", "conv")
 SCHEDULES = ("cosine", "constant")
 SELECTIONS = ("validation", "test")
@@ -35,7 +35,8 @@ FEATURES = {
 class TrainConfig:
     """Everything that decides the numbers of a run, but data and hardware.
 
-    Network. `normalisation`: layer, batch, group, instance, or grn (global response). `backbone`: mlp_residual as
+    Network. `normalisation`: layer, batch, group, instance, instance_area (each vertex weighed by its area), or grn
+    (global response). `backbone`: mlp_residual as
     published, or one of its ablations. `width`: channels of its first stages, 256 as published; the later ones have
     twice as many. `coordinates`: functional coordinates of a vertex, for correspondence, where
     functional maps are between the lowest `eigenfunctions` and `map_regularisation` weighs that they commute with the

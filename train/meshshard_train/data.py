@@ -23,14 +23,16 @@ from meshshard_train.tensors import OfTensors
 class Batch(OfTensors):
     """Meshes packed one after the other. V vertices, F faces, B meshes, C channels, L blocks.
 
-    `used_V`: vertices that have features; the others take no part in a mesh's mean. `labels`: of faces, vertices or
-    meshes, as the task has it; -1 is not known and not learned. `drop_BL` is None in evaluation. For correspondence:
-    `spectra` of the meshes, and `pairs` of places in `numbers`, none in evaluation.
+    `used_V`: vertices that have features; the others take no part in a mesh's mean. `areas_V`: of vertices, in the
+    unit of their mesh. `labels`: of faces, vertices or meshes, as the task has it; -1 is not known and not learned.
+    `drop_BL` is None in evaluation. For correspondence: `spectra` of the meshes, and `pairs` of places in `numbers`,
+    none in evaluation.
     """
 
     features_VC: Float[Tensor, "V C"]
     mesh_V: Int[Tensor, " V"]
     used_V: Bool[Tensor, " V"]
+    areas_V: Float[Tensor, " V"]
     faces_F3: Int[Tensor, "F 3"]
     mesh_F: Int[Tensor, " F"]
     labels: Int[Tensor, " n"]
@@ -38,6 +40,11 @@ class Batch(OfTensors):
     numbers: tuple[int, ...]
     spectra: tuple[Spectrum, ...] = ()
     pairs: tuple[tuple[int, int], ...] = ()
+
+    @property
+    def network_inputs(self) -> tuple[Tensor | None, ...]:
+        """What a network is called with, in its order."""
+        return self.features_VC, self.mesh_V, self.vertex_drops, self.used_V, self.areas_V
 
     @property
     def vertex_drops(self) -> Float[Tensor, "V L"] | None:
@@ -56,6 +63,7 @@ def prepare(sample: Sample, config: TrainConfig) -> Prepared:
     return Prepared(
         features_VC=inputs_of(sample, config),
         used_V=torch.tensor(sample.used_vertices),
+        areas_V=torch.tensor(sample.vertex_areas),
         faces_F3=torch.tensor(sample.faces),
         labels=torch.tensor(labels_of(sample, config.task), dtype=torch.int64),
         spectra=(spectrum_of(sample, config),) if config.task == "correspondence" else (),
@@ -93,6 +101,7 @@ def collate(
         features_VC=features_VC,
         mesh_V=mesh_V,
         used_V=torch.cat([mesh.used_V for mesh in meshes]),
+        areas_V=torch.cat([mesh.areas_V for mesh in meshes]),
         faces_F3=torch.cat([mesh.faces_F3 + start for mesh, start in zip(meshes, starts, strict=True)]),
         mesh_F=mesh_F.to(device, non_blocking=True),
         labels=torch.cat([mesh.labels for mesh in meshes]),

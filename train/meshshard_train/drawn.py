@@ -22,6 +22,7 @@ class Prepared(OfTensors):
 
     features_VC: Float[Tensor, "V C"]
     used_V: Bool[Tensor, " V"]
+    areas_V: Float[Tensor, " V"]
     faces_F3: Int[Tensor, "F 3"]
     labels: Int[Tensor, " n"]
     spectra: tuple[Spectrum, ...] = ()
@@ -41,7 +42,9 @@ def drawn_part(mesh: Prepared, rng: np.random.Generator, config: TrainConfig) ->
         kept_V = _drawn(rng, mesh.used_V if of_mesh else mesh.labels >= 0, int(wanted))
         labels = mesh.labels if of_mesh else mesh.labels[kept_V]
         part = replace(mesh, faces_F3=mesh.faces_F3[:0], labels=labels)
-    return replace(part, features_VC=mesh.features_VC[kept_V], used_V=mesh.used_V[kept_V])
+    return replace(
+        part, features_VC=mesh.features_VC[kept_V], used_V=mesh.used_V[kept_V], areas_V=mesh.areas_V[kept_V]
+    )
 
 
 def _drawn(rng: np.random.Generator, eligible_n: Bool[Tensor, " n"], wanted: int) -> Int[Tensor, " k"]:

@@ -138,7 +138,7 @@ def _step(
     losses_B = torch.zeros(0, device=meshes.device)
     if batch is not None:
         with autocast(config.precision, meshes.device):
-            vertex_logits = state.forward(batch.features_VC, batch.mesh_V, batch.vertex_drops, batch.used_V)
+            vertex_logits = state.forward(*batch.network_inputs)
             logits = logits_of(vertex_logits, batch, config.task)
         losses_B = mesh_losses(logits, batch, config.task, config.label_smoothing, config.map_regularisation)
         (losses_B.sum() / len(members)).backward()

@@ -135,7 +135,7 @@ def _coefficients(
     network.eval()
     for batch in meshes.evaluation_batches(numbers):
         with torch.inference_mode(), autocast(meshes.config.precision, meshes.device):
-            coordinates_VD = network(batch.features_VC, batch.mesh_V, None, batch.used_V)
+            coordinates_VD = network(*batch.network_inputs)
         parts = coordinates_VD.split([len(spectrum.areas_V) for spectrum in batch.spectra])
         for number, part, spectrum in zip(batch.numbers, parts, batch.spectra, strict=True):
             yield number, coefficients(part, spectrum), spectrum

@@ -119,14 +119,16 @@ class TaskDrivenNet(nn.Module):
         mesh_V: Int[Tensor, " V"] | None = None,
         drop_VL: Float[Tensor, "V L"] | None = None,
         used_V: Bool[Tensor, " V"] | None = None,
+        areas_V: Float[Tensor, " V"] | None = None,
     ) -> Float[Tensor, "V K"]:
         """Vertex logits. `mesh_V`: the mesh that each vertex is of, rising from 0; None: all of one. `drop_VL`:
         drop-path factors, encoder blocks first (see `drop_path_factors`); None in evaluation. `used_V`: vertices that
-        others may see, where layers look at others; None: all."""
+        others may see, where layers look at others; None: all. `areas_V`: how much they count then, where
+        normalisation is over surfaces; None: all alike."""
         vertices = features_VC.shape[0]
         features_VC, drop_VL = padded(features_VC, drop_VL, self.pads_to)
         parts = [None] * 8 if drop_VL is None else list(drop_VL.split((*STAGES, *STAGES), dim=1))
-        rows = Rows(features_VC, vertices, mesh_V, used_V)
+        rows = Rows(features_VC, vertices, mesh_V, used_V, areas_V)
         e1 = self.encoder[0](self.stem1(features_VC, rows), parts[0], rows)
         e2 = self.encoder[1](e1, parts[1], rows)
         e3 = self.encoder[2](e2, parts[2], rows)

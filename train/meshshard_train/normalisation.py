@@ -35,6 +35,7 @@ def normalisation(name: str, width: int) -> nn.Module:
         "batch": BatchNorm,
         "group": partial(GroupNorm, groups=gcd(GROUPS, width // 2)),
         "instance": InstanceNorm,
+        "instance_area": AreaInstanceNorm,
         "grn": GlobalResponseNorm,
     }
     return kinds[name](width)
@@ -54,12 +55,16 @@ class GroupNorm(OfMesh):
     def forward(self, x_VC: Float[Tensor, "V C"], rows: Rows) -> Float[Tensor, "V C"]:
         """Statistics are in float32 at least."""
         values_VC = x_VC.to(torch.promote_types(x_VC.dtype, torch.float32))
-        mean_BC = self._of_group(rows.means(values_VC))
+        mean_BC = self._of_group(self._means(values_VC, rows))
         centred_VC = values_VC - rows.spread(mean_BC)
-        variance_BC = self._of_group(rows.means(centred_VC.square()))
+        variance_BC = self._of_group(self._means(centred_VC.square(), rows))
         self._saw(mean_BC, variance_BC, rows)
         factor_BC = (variance_BC + EPS).rsqrt() * self.weight
         return (centred_VC * rows.spread(factor_BC) + self.bias).to(x_VC.dtype)
+
+    def _means(self, x_VC: Float[Tensor, "V C"], rows: Rows) -> Float[Tensor, "B C"]:
+        """Of each mesh."""
+        return rows.means(x_VC)
 
     def _of_group(self, mean_BC: Float[Tensor, "B C"]) -> Float[Tensor, "B C"]:
         """Each channel gets the mean of its group."""
@@ -79,6 +84,14 @@ class InstanceNorm(GroupNorm):
 
     def __init__(self, width: int) -> None:
         super().__init__(width, groups=width)
+
+
+class AreaInstanceNorm(InstanceNorm):
+    """Mean 0 and variance 1 over the surface of a mesh, in each channel: where it has many vertices does not matter.
+    Not of the article."""
+
+    def _means(self, x_VC: Float[Tensor, "V C"], rows: Rows) -> Float[Tensor, "B C"]:
+        return rows.area_means(x_VC)
 
 
 class BatchNorm(InstanceNorm):

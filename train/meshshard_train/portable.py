@@ -30,7 +30,7 @@ class Portable(nn.Module):
         self.network.pads_to = 1
         self.times = len(best.recipe.times)
         self.inputs = [name for name in FEATURES if name in (*self.config.features, "hks")]
-        if self.config.scaling == "log-area":
+        if self.config.scaling == "log-area" or self.config.normalisation == "instance_area":
             self.inputs.append("vertex_areas")
         if self.config.task == "segmentation":
             self.inputs.append("faces")
@@ -63,7 +63,7 @@ class Portable(nn.Module):
         stored = {name: values for name in self.config.features if (values := fields[name]) is not None}
         used_V = hks[:, 0] > 0
         areas_V = used_V.float() if vertex_areas is None else vertex_areas
-        logits = self.network(channels(stored, used_V, areas_V, self.config.scaling), None, None, used_V)
+        logits = self.network(channels(stored, used_V, areas_V, self.config.scaling), None, None, used_V, areas_V)
         if self.config.task == "correspondence":
             return logits
         if self.config.task == "classification":

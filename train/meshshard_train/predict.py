@@ -24,7 +24,7 @@ def predictions(
     task = meshes.config.task
     for batch in meshes.evaluation_batches(numbers):
         with torch.inference_mode(), autocast(meshes.config.precision, meshes.device):
-            logits = logits_of(network(batch.features_VC, batch.mesh_V, None, batch.used_V), batch, task)
+            logits = logits_of(network(*batch.network_inputs), batch, task)
             probabilities = logits.float().softmax(1).cpu()
         for number, rows in zip(batch.numbers, _per_mesh(probabilities, batch, task), strict=True):
             if not rows.isfinite().all():

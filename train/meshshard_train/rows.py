@@ -15,9 +15,9 @@ from torch.nn import functional
 class Rows:
     """The rows of `x_VC`: `vertices` of the meshes (None: all), then padding, which takes no part.
 
-    `mesh_V`: the mesh of each vertex, rising from 0 (None: all of one); `used_V`: those that take part (None: all).
-    Nothing is computed before it is asked for: the published network, which is pointwise, never asks. (A SymInt is
-    the number in an exported network.)
+    `mesh_V`: the mesh of each vertex, rising from 0 (None: all of one); `used_V`: those that take part (None: all);
+    `areas_V`: their areas, in any unit (None: all alike). Nothing is computed before it is asked for: the published
+    network, which is pointwise, never asks. (A SymInt is the number in an exported network.)
     """
 
     def __init__(
@@ -26,8 +26,9 @@ class Rows:
         vertices: int | torch.SymInt | None = None,
         mesh_V: Int[Tensor, " n"] | None = None,
         used_V: Bool[Tensor, " n"] | None = None,
+        areas_V: Float[Tensor, " n"] | None = None,
     ) -> None:
-        self.given_mesh, self.given_used = mesh_V, used_V
+        self.given_mesh, self.given_used, self.given_areas = mesh_V, used_V, areas_V
         self.rows, self.device = x_VC.shape[0], x_VC.device
         self.vertices: Any = self.rows if vertices is None else vertices  # torch's types know no SymInt
 
@@ -64,6 +65,23 @@ class Rows:
     def means(self, x_VC: Float[Tensor, "V C"]) -> Float[Tensor, "B C"]:
         """Mean of each mesh's rows."""
         return self.sums(x_VC) / self.sizes
+
+    @cached_property
+    def areas(self) -> Float[Tensor, "V 1"]:
+        """Of each row."""
+        areas_V = self.given_areas
+        if areas_V is None:
+            areas_V = torch.ones(self.vertices, device=self.device)
+        return functional.pad(areas_V, (0, self.rows - self.vertices))[:, None]
+
+    @cached_property
+    def surfaces(self) -> Float[Tensor, "B 1"]:
+        """The area of each mesh, of the rows that count."""
+        return self.sums(self.areas).clamp(min=1e-30)
+
+    def area_means(self, x_VC: Float[Tensor, "V C"]) -> Float[Tensor, "B C"]:
+        """Mean over the surface of each mesh: each row weighs what its area does; 0 for a mesh without area."""
+        return self.sums(x_VC * self.areas) / self.surfaces
 
     def spread(self, values_BC: Float[Tensor, "B C"]) -> Float[Tensor, "V C"]:
         """Each row gets what its mesh has."""

@@ -34,6 +34,7 @@ def test_drawn_faces_are_faces_with_their_labels_and_the_rows_of_their_corners(f
     places = [there[tuple(rows.flatten().tolist())] for rows in part.features_VC[part.faces_F3]]
     assert len(set(places)) == len(places)
     assert part.labels.tolist() == whole.labels[places].tolist()
+    assert torch.equal(part.areas_V[part.faces_F3], whole.areas_V[whole.faces_F3[places]])
 
 
 def test_a_network_says_of_drawn_faces_what_it_says_of_them_in_the_whole():

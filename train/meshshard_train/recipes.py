@@ -81,7 +81,7 @@ def fast(task: str, **overrides: Any) -> TrainConfig:
 
 
 def best(task: str, **overrides: Any) -> TrainConfig:
-    """What we would train first: more accurate than `fast` for labels of faces and vertices, for an eighth of its
+    """What we would train first: more accurate than `fast` for labels of faces and vertices, for a sixth of its
     work. Instance normalisation, a quarter of the width, a half of each mesh a step, and neighbours that vote with
     probabilities; with six deformed copies of each training mesh. Classes of meshes are learned better by layer
     normalisation, half the width, and without copies.

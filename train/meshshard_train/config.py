@@ -37,9 +37,9 @@ class TrainConfig:
 
     Network. `normalisation`: layer, batch, group, instance, instance_area (each vertex weighed by its area), or grn
     (global response). `backbone`: mlp_residual as published, or one of its ablations. `width`: channels of its first
-    stages, 256 as published; the later ones have twice as many. `coordinates`: functional coordinates of a vertex, for
-    correspondence, where functional maps are between the lowest `eigenfunctions` and `map_regularisation` weighs that
-    they commute with the Laplacians of meshes of area 1.
+    stages, 256 as published; the later ones have twice as many. `coordinates`: functional coordinates of a vertex,
+    for correspondence, where functional maps are between the lowest `eigenfunctions` and `map_regularisation` weighs
+    that they commute with the Laplacians of meshes of area 1.
     Input. `scaling`: "log-standard" (logarithms of HKS, geodesic and shape diameter; all but positions and normals to
     mean 0, deviation 1 in each mesh and channel), "log-area" (the same, each vertex weighed by its area: where a mesh
     has many vertices does not matter) or "min-max" (to 0..1 in each mesh and channel, as published).

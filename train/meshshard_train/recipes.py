@@ -88,13 +88,20 @@ def best(task: str, **overrides: Any) -> TrainConfig:
 
     What was tried: docs/decisions/0022-recipe-best.md, and 0023 there.
     """
-    settings: dict[str, Any] = {"width": 128, "votes": "probabilities"}
-    if task != "correspondence":
-        settings |= {"vertex_fraction": 0.5}
-    if task in VOTED:
-        settings |= {"normalisation": "instance", "width": 64, "batch_vertices": 8192, "epochs": 14}
-        settings |= {"warmup_epochs": 1.0}
-    return replace(fast(task, **settings | overrides), recipe="best")
+    of_voted: dict[str, Any] = {
+        "normalisation": "instance",
+        "width": 64,
+        "batch_vertices": 8192,
+        "epochs": 14,
+        "warmup_epochs": 1.0,
+    }
+    settings: dict[str, Any] = {
+        "width": 128,
+        "vertex_fraction": 1.0 if task == "correspondence" else 0.5,
+        "votes": "probabilities",
+    }
+    of_task = of_voted if task in VOTED else {}
+    return replace(fast(task, **settings | of_task | overrides), recipe="best")
 
 
 RECIPES: dict[str, Callable[..., TrainConfig]] = {"paper": paper, "official": official, "fast": fast, "best": best}

@@ -1,5 +1,6 @@
 """Where the research data and a browser are, and what is skipped without them."""
 
+import os
 import shutil
 import signal
 from pathlib import Path
@@ -9,6 +10,9 @@ from research_data import DATA
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 SOFTWARE_WEBGL = ("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+
+# Tests run side by side, a process a core. Set here, before the processes begin that xdist starts and load BLAS.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # in the background of a shell Ctrl-C is ignored, and so it would be by every process that a test starts
 signal.signal(signal.SIGINT, signal.default_int_handler)

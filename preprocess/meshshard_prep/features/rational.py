@@ -12,6 +12,7 @@ import numpy as np
 import scipy.linalg
 import scipy.optimize
 from jaxtyping import Complex128, Float64
+from threadpoolctl import threadpool_limits
 
 SAMPLES = 1500
 """Of the half-line, over thirteen decades. The search for poles takes a fifth of them, and of the rounds."""
@@ -42,7 +43,7 @@ def fit_exponential(times: Float64[np.ndarray, " T"], count: int) -> RationalExp
     """The sum with `count` poles, computed from nothing: seconds. See `stored_poles.rational_exponential`.
 
     The poles lie on the hyperbola of the three parameters that promise the least error, found by Nelder and Mead's
-    method; the weights are then fitted anew.
+    method; the weights are then fitted anew. On one BLAS thread: with matrices so small, several are slower.
     """
     ratio = times.max() / times.min()
     some = np.geomspace(times.min(), times.max(), 3)
@@ -53,9 +54,10 @@ def fit_exponential(times: Float64[np.ndarray, " T"], count: int) -> RationalExp
         return float(np.log(fit_weights(some, poles, SAMPLES // 5, REWEIGHTINGS // 5).error))
 
     start = np.array([2.0, 0.5, np.log((2 + 0.9 * np.log(ratio)) / count)])
-    best = scipy.optimize.minimize(log_error, start, method="Nelder-Mead", options={"maxfev": EVALUATIONS})
-    log_size, angle, log_step = best.x
-    return fit_weights(times, poles_on_hyperbola(count, log_size, angle, log_step, times.max()))
+    with threadpool_limits(1, "blas"):
+        best = scipy.optimize.minimize(log_error, start, method="Nelder-Mead", options={"maxfev": EVALUATIONS})
+        log_size, angle, log_step = best.x
+        return fit_weights(times, poles_on_hyperbola(count, log_size, angle, log_step, times.max()))
 
 
 def poles_on_hyperbola(

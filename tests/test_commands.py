@@ -14,6 +14,7 @@ import pytest
 from plyfile import PlyData
 from samples import toy_dataset
 from shapes import bumpy, joined, sphere, write_labels, write_obj
+from told import but_progress
 from typer.testing import CliRunner
 
 from meshshard import UsageError, open_dataset
@@ -27,11 +28,6 @@ def meshshard(*arguments, cwd=None):
     environment = os.environ | {"OMP_NUM_THREADS": "1"}
     done = subprocess.run(words, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
     return done.returncode, done.stdout, done.stderr
-
-
-def but_progress(error):
-    """What was told without the lines that come every ten seconds: a busy machine is no fault."""
-    return re.sub(r"(?m)^.+: \d+ of \d+, .* not stored\n", "", error)
 
 
 SETTINGS = ("--set", "width=16", "--batch-vertices", 128, "--rotation-axes", "none", "--precision", "fp32")

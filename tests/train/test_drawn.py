@@ -127,7 +127,7 @@ def test_normalisation_is_over_what_is_drawn_of_a_mesh(name):
 def test_passes_go_over_the_meshes_anew_before_they_are_judged(tmp_path):
     """Two epochs of three passes are, but for the rate, six epochs: the same orders and draws."""
     dataset = open_dataset(toy_dataset(tmp_path / "data"))
-    settings = {"schedule": "constant", "warmup_epochs": 0.0, "batch_vertices": 100, "precision": "fp32"}
+    settings = {"width": 16, "schedule": "constant", "warmup_epochs": 0.0, "batch_vertices": 100, "precision": "fp32"}
     runs = {}
     for epochs, passes in ((2, 3), (6, 1)):
         config = replace(PART, epochs=epochs, passes=passes, **settings)

@@ -141,14 +141,6 @@ TABLES = {
                 honest_goal=92.0,
             ),
             Line(
-                name="best, weighed by areas",
-                data=HUMAN_COPIES,
-                recipe="best",
-                settings={**TWO_ROUNDS, "normalisation": "instance_area"},
-                published_goal=91.0,
-                honest_goal=92.0,
-            ),
-            Line(
                 name="fast, no copies",
                 data=HUMAN_BEST,
                 recipe="fast",

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 PARENT = """
+import signal
 import sys
 from pathlib import Path
 from faults import compute_or_fault
@@ -14,8 +15,11 @@ from meshshard_prep.datasets import read_dataset
 from meshshard_prep.isolation import Limits
 from meshshard_prep.run import run
 limits = Limits(seconds=None)
+def progress(done, total, rejected):
+    if done == int(sys.argv[4]):
+        signal.raise_signal(signal.SIGINT)
 run(read_dataset(sys.argv[1]), Path(sys.argv[2]), RECIPES["paper"], jobs=int(sys.argv[3]), limits=limits,
-    compute=compute_or_fault)
+    compute=compute_or_fault, progress=progress)
 """
 
 
@@ -31,8 +35,9 @@ def family_of(mark):
     return found
 
 
-def start_run(raw, out, jobs, mark):
-    """A program that computes the features of a folder; it and its processes carry the mark."""
-    words = [sys.executable, "-c", PARENT, str(raw), str(out), str(jobs)]
+def start_run(raw, out, jobs, mark, interrupted=0):
+    """A program that computes the features of a folder; it and its processes carry the mark. Ctrl-C comes to it
+    after `interrupted` meshes, while it works itself and does not wait for others."""
+    words = [sys.executable, "-c", PARENT, str(raw), str(out), str(jobs), str(interrupted)]
     environment = os.environ | {"MARK": mark, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     return subprocess.Popen(words, env=environment, start_new_session=True, stderr=subprocess.PIPE)

@@ -10,7 +10,7 @@ import os
 import pickle
 import socket
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
@@ -31,7 +31,7 @@ IN_FLIGHT = 2
 """Jobs sent out for each place: one is computed, one waits beside it."""
 
 
-def on_dask(task: Task, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
+def on_dask(task: Task, jobs: Sequence[Job], address: str) -> Generator[Outcome, None, None]:
     """Workers of the dask scheduler at `address`. UsageError: it does not answer, has no workers, or one of them
     is set up differently."""
     from distributed import Client, KilledWorker
@@ -76,7 +76,7 @@ def on_dask(task: Task, jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
         yield from _through(jobs, submit, arrived, receive, places, nobody)
 
 
-def on_ray(task: Task, jobs: Sequence[Job], address: str | None) -> Iterator[Outcome]:
+def on_ray(task: Task, jobs: Sequence[Job], address: str | None) -> Generator[Outcome, None, None]:
     """Workers of the ray cluster at `address`; without one, a cluster is started that is this machine, and ends with
     this process. UsageError: it does not answer, or a worker is set up differently."""
     import ray
@@ -121,7 +121,7 @@ def _through(
     receive: Callable[[Any], Outcome | None],
     places: Callable[[], int],
     nobody: str,
-) -> Iterator[Outcome]:
+) -> Generator[Outcome, None, None]:
     """Keep as many jobs in flight as there are places for, and yield what comes back. `submit` sends a job, whose
     future is put into `arrived` when it is done; `receive` opens it, None where its workers were lost."""
     waiting = iter(jobs)

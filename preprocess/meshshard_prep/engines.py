@@ -1,13 +1,14 @@
 """Where the workers are: processes of this machine (joblib's loky), or of a cluster (dask, ray).
 
-An engine maps a task over jobs and yields the outcomes as they come, in any order. It keeps a bounded number of
+An engine maps a task over jobs and yields the outcomes as they come, in any order; closed early, it ends what is
+under way. It keeps a bounded number of
 jobs in flight, and ends early, without an error, when workers die so often that it gives up: the caller sees what
 did not come back.
 """
 
 import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from functools import partial
 
 import joblib
@@ -19,12 +20,12 @@ from meshshard_prep.jobs import Job
 from meshshard_prep.work import Outcome
 
 Task = Callable[[Job], Outcome]
-Engine = Callable[[Task, Sequence[Job]], Iterator[Outcome]]
+Engine = Callable[[Task, Sequence[Job]], Generator[Outcome, None, None]]
 
 BACKENDS = ("loky", "dask", "ray")
 
 
-def on_this_machine(task: Task, jobs: Sequence[Job], workers: int) -> Iterator[Outcome]:
+def on_this_machine(task: Task, jobs: Sequence[Job], workers: int) -> Generator[Outcome, None, None]:
     """joblib's loky. `workers`: its n_jobs, -1 for one a core; with 1, this process is the worker."""
     parallel = joblib.Parallel(
         n_jobs=workers,

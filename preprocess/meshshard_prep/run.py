@@ -1,7 +1,8 @@
 """All meshes of a data set to a folder of shards: plan, map, publish. Read `pipeline.py` for one mesh."""
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -70,14 +71,15 @@ def run(
         mesh_seconds = 0.0
         with common_ground(out, recipe) as ground:
             task = Task(out=out.resolve(), recipe=recipe, limits=limits, compute=compute, ground=ground)
-            outcomes = _map(task, todo, engine or partial(on_this_machine, workers=jobs))
-            for done, outcome in enumerate(outcomes, start=1):
-                mesh_seconds += outcome.seconds
-                if outcome.rejection is not None:
-                    _check_unreadable(plan, [outcome.rejection])
-                packer.take(outcome)
-                if progress:
-                    progress(done, len(todo), len(packer.rejected))
+            # closed here, not when the traceback of an error is forgotten: until then the workers would go on
+            with closing(_map(task, todo, engine or partial(on_this_machine, workers=jobs))) as outcomes:
+                for done, outcome in enumerate(outcomes, start=1):
+                    mesh_seconds += outcome.seconds
+                    if outcome.rejection is not None:
+                        _check_unreadable(plan, [outcome.rejection])
+                    packer.take(outcome)
+                    if progress:
+                        progress(done, len(todo), len(packer.rejected))
         index = publish_dataset(
             out,
             dataset,
@@ -107,17 +109,18 @@ def _check_unreadable(plan: Plan, rejected: Iterable[Rejection]) -> None:
         )
 
 
-def _map(task: Task, todo: list[Job], engine: Engine) -> Iterator[Outcome]:
+def _map(task: Task, todo: list[Job], engine: Engine) -> Generator[Outcome, None, None]:
     """Exactly one outcome for each job. What an engine loses with its workers is given to it again, in the end one
     by one: any of them may be what kills the workers."""
     waiting = {job.entry.id: job for job in todo}
     progress = True
     while waiting and progress:
         progress = False
-        for outcome in engine(task, list(waiting.values())):
-            progress = True
-            del waiting[outcome.id]
-            yield outcome
+        with closing(engine(task, list(waiting.values()))) as outcomes:
+            for outcome in outcomes:
+                progress = True
+                del waiting[outcome.id]
+                yield outcome
     for name, job in waiting.items():
         message = f"{job.entry.source}: its worker died, also when it ran alone; run again [lost]"
         lost = Outcome(id=name, seconds=0.0, rejection=rejection(job.entry, "lost", message, ""))

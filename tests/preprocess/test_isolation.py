@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 import time
 
@@ -122,6 +123,15 @@ def test_no_orphans_after_any_death_of_the_parent(tmp_path, jobs, how):
         time.sleep(0.02)
 
 
+def last_words(parent):
+    try:
+        return parent.communicate(timeout=10)[1]
+    except subprocess.TimeoutExpired:
+        os.killpg(parent.pid, signal.SIGKILL)  # else it stands in the way of other tests
+        parent.communicate()
+        raise
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_ctrl_c_ends_in_a_second_and_keeps_what_is_done(tmp_path, jobs):
     raw_folder(tmp_path / "raw", 5, {4: "hang"})
@@ -129,7 +139,7 @@ def test_ctrl_c_ends_in_a_second_and_keeps_what_is_done(tmp_path, jobs):
     parent = start_family(tmp_path, jobs, mark)
     start = time.monotonic()
     os.killpg(parent.pid, signal.SIGINT)  # as a terminal does: to every process of the group
-    _, errors = parent.communicate(timeout=10)
+    errors = last_words(parent)
     assert time.monotonic() - start < 1
     assert errors.decode().strip().endswith("KeyboardInterrupt")
     assert errors.count(b"Traceback") == 1  # the parent's own; the program prints one line instead
@@ -137,3 +147,15 @@ def test_ctrl_c_ends_in_a_second_and_keeps_what_is_done(tmp_path, jobs):
         assert time.monotonic() - start < 2
         time.sleep(0.02)
     assert run(read_dataset(str(tmp_path / "raw")), tmp_path / "out", PAPER, jobs=1).computed == 1
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_ctrl_c_ends_also_a_parent_that_is_not_waiting(tmp_path, jobs):
+    raw_folder(tmp_path / "raw", 5, {4: "hang"})
+    mark = f"{os.getpid()}-{time.monotonic_ns()}"
+    errors = last_words(start_run(tmp_path / "raw", tmp_path / "out", jobs, mark, interrupted=2))
+    assert errors.decode().strip().endswith("KeyboardInterrupt")
+    end = time.monotonic() + 2
+    while family_of(mark):
+        assert time.monotonic() < end
+        time.sleep(0.02)

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plyfile import PlyData
+from program import meshshard
 from samples import toy_dataset
 from shapes import bumpy, joined, sphere, write_labels, write_obj
 from told import but_progress
@@ -20,15 +21,6 @@ from typer.testing import CliRunner
 from meshshard import UsageError, open_dataset
 from meshshard.cli import VERBS, app
 from meshshard_train.commands.predict import predict
-
-
-def meshshard(*arguments, cwd=None):
-    """Exit status, standard output and standard error of one call, on one thread."""
-    words = [sys.executable, "-m", "meshshard", *map(str, arguments)]
-    environment = os.environ | {"OMP_NUM_THREADS": "1"}
-    done = subprocess.run(words, cwd=cwd, env=environment, capture_output=True, text=True, check=False)
-    return done.returncode, done.stdout, done.stderr
-
 
 SETTINGS = ("--set", "width=16", "--batch-vertices", 128, "--rotation-axes", "none", "--precision", "fp32")
 """Of a network that trains in no time."""

@@ -1,9 +1,6 @@
 """Raw files and shards that lie in an object store: the whole way, and what breaks on it."""
 
 import json
-import os
-import subprocess
-import sys
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
@@ -11,6 +8,7 @@ from pathlib import Path
 
 import fsspec
 import numpy as np
+import program
 import pytest
 import torch
 from s3 import S3, cut_after, moto_server
@@ -89,11 +87,9 @@ def cache(tmp_path, monkeypatch):
 def test_features_of_a_bucket_are_those_of_a_folder(s3, raw, expected, tmp_path):
     """By two worker processes: the same shards, index, refusals and keys, byte for byte."""
     url = s3.put(raw, "raw")
-    words = [sys.executable, "-m", "meshshard", "features", url, "--out", "out", "--jobs", "2"]
-    environment = os.environ | {"OMP_NUM_THREADS": "1"}
-    done = subprocess.run(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 1, done.stderr
-    assert "raw: 5 stored (5 new), 2 refused, 0 failed" in done.stdout
+    status, out, error = program.meshshard("features", url, "--out", "out", "--jobs", 2, cwd=tmp_path)
+    assert status == 1, error
+    assert "raw: 5 stored (5 new), 2 refused, 0 failed" in out
     assert published(tmp_path / "out") == expected
     assert len(open_dataset(tmp_path / "out")) == 5
 

@@ -1,12 +1,11 @@
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from corruptions import corrupted
+from program import meshshard
 from shapes import FAMILY, box, grid, sphere, torus, write_labels, write_obj
 
 from meshshard.errors import InvalidMesh, UsageError
@@ -25,12 +24,6 @@ DOCS = Path(__file__).parents[2] / "docs"
 def only(path, recipe=PAPER):
     (entry,) = entries_at(path)
     return diagnose(entry, recipe)
-
-
-def doctor(*arguments, cwd):
-    words = [sys.executable, "-m", "meshshard", "doctor", *map(str, arguments)]
-    done = subprocess.run(words, cwd=cwd, capture_output=True, text=True, check=False)
-    return done.returncode, done.stdout, done.stderr
 
 
 @pytest.mark.parametrize("name", FAMILY)
@@ -165,17 +158,17 @@ def test_any_broken_file_gets_a_diagnosis(tmp_path):
 def test_command_for_one_mesh_for_a_folder_and_for_machines(tmp_path):
     write_obj(tmp_path / "good.obj", *sphere(1))
     write_obj(tmp_path / "sub" / "open.obj", *grid(2, 2))
-    status, out, error = doctor("good.obj", cwd=tmp_path)
+    status, out, error = meshshard("doctor", "good.obj", cwd=tmp_path)
     assert (status, error) == (0, "")
     assert "topology\tEuler characteristic 2, genus 0\n" in out
     (tmp_path / "bad.ply").write_text("ply\n")
-    status, out, error = doctor(".", cwd=tmp_path)
+    status, out, error = meshshard("doctor", ".", cwd=tmp_path)
     assert (status, error) == (1, "")
     assert out.splitlines()[0].startswith("bad.ply\trefused: bad.ply:1: a PLY header ends with end_header")
     assert out.splitlines()[2].startswith("sub/open.obj\tusable: ")
     assert out.splitlines()[2].endswith("\t8 boundary edges")
     assert out.splitlines()[3] == "2 usable, 1 refused"
-    status, out, _ = doctor("bad.ply", "sub", "--json", "--recipe", "official", cwd=tmp_path)
+    status, out, _ = meshshard("doctor", "bad.ply", "sub", "--json", "--recipe", "official", cwd=tmp_path)
     found = json.loads(out)
     assert (status, found["usable"], found["refused"]) == (1, 1, 1)
     assert [(mesh["usable"], mesh["code"]) for mesh in found["meshes"]] == [(False, "truncated"), (True, "")]
@@ -194,7 +187,7 @@ def test_command_for_one_mesh_for_a_folder_and_for_machines(tmp_path):
 def test_nothing_could_be_done(words, message, tmp_path):
     write_obj(tmp_path / "good.obj", *sphere(0))
     (tmp_path / "empty").mkdir()
-    status, out, error = doctor(*words, cwd=tmp_path)
+    status, out, error = meshshard("doctor", *words, cwd=tmp_path)
     assert (status, out) == (2, "")
     assert message in " ".join(error.split())
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 from families import family_of
 from faults import FAULTS, Murderous, compute_or_fault, raw_folder
+from program import meshshard
 
 from meshshard.errors import UsageError
 from meshshard.files import sha256_of_file
@@ -241,10 +242,7 @@ def test_the_commands(dask, ray, tmp_path):
     addresses = {"dask": dask.address, "ray": ray.get_runtime_context().gcs_address}
     for backend, address in addresses.items():
         words = ["features", "raw", "--out", backend, "--backend", backend, "--address", address]
-        done = subprocess.run(
-            [sys.executable, "-m", "meshshard", *words],
-            cwd=tmp_path, env=os.environ | ENVIRONMENT, capture_output=True, text=True,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stderr
-        assert "4 stored (4 new)" in done.stdout
+        status, out, error = meshshard(*words, cwd=tmp_path, environment=ENVIRONMENT)
+        assert status == 0, error
+        assert "4 stored (4 new)" in out
     assert tree(tmp_path / "dask") == tree(tmp_path / "ray")

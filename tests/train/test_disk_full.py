@@ -73,7 +73,7 @@ from training import CONFIG, rows, train_here
 from meshshard import UsageError
 from meshshard_train import checkpoint
 folder, data = Path(sys.argv[1]), Path(sys.argv[2])
-config = replace(CONFIG, ema=0.0, width=256, learning_rate=2e-3)
+config = replace(CONFIG, ema=0.0, width=64, learning_rate=2e-3)
 try:
     train_here(data, folder / "run", config)
 except UsageError as error:
@@ -86,10 +86,10 @@ print(json.dumps([message, epoch, rows(history)]))
 
 
 def test_a_small_file_system_that_is_made_larger(tmp_path):
-    """A checkpoint takes 50 MB, and a file system of 100 MB has no room for the second beside the first."""
+    """A checkpoint takes 4 MB, and a file system of 6 MB has no room for the second beside the first."""
     data, small = toy_dataset(tmp_path / "data"), tmp_path / "small"
     small.mkdir()
-    mount = 'mount -t tmpfs -o size=100m none "$0" || exit 77; exec "$@"'
+    mount = 'mount -t tmpfs -o size=6m none "$0" || exit 77; exec "$@"'
     code = "from pathlib import Path\nimport sys\nsys.path.insert(0, sys.argv.pop(1))\n" + SCRIPT
     program = [sys.executable, "-c", code, str(Path(__file__).parents[1]), str(small), str(data)]
     done = subprocess.run(
@@ -101,8 +101,8 @@ def test_a_small_file_system_that_is_made_larger(tmp_path):
     if done.returncode in (1, 77) and "Traceback" not in done.stderr:
         pytest.skip("this system lets nobody but root mount a file system")
     message, epoch, history = json.loads(done.stdout)
-    wanted = r"last.safetensors cannot be written: No space left .*; it takes 49.\d MB, and \d+.\d MB are free"
+    wanted = r"last.safetensors cannot be written: No space left .*; it takes 3.\d MB, and \d+.\d MB are free"
     assert re.search(wanted, message)
     assert epoch == 1
-    config = replace(CONFIG, ema=0.0, width=256, learning_rate=2e-3)
+    config = replace(CONFIG, ema=0.0, width=64, learning_rate=2e-3)
     assert history == rows(train_here(data, tmp_path / "unbroken", config))

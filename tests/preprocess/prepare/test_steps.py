@@ -2,12 +2,11 @@
 
 import hashlib
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 from prepared import raw_mesh, soup
+from program import meshshard
 from shapes import FAMILY, box, bumpy, joined, sphere, write_labels, write_obj
 from told import but_progress
 
@@ -100,12 +99,6 @@ def test_labels_of_edges_are_counted_before_faces_are_turned(tmp_path):
     assert set(plain.face_labels) == {0, 1}
 
 
-def meshshard(*words, cwd):
-    return subprocess.run(
-        [sys.executable, "-m", "meshshard", *map(str, words)], cwd=cwd, capture_output=True, text=True, check=False
-    )
-
-
 @pytest.fixture(scope="module")
 def world(tmp_path_factory):
     """A folder of labelled meshes, what its files hold, and its features by all steps, from one and two workers."""
@@ -117,8 +110,8 @@ def world(tmp_path_factory):
     before = hashes(root / "raw")
     options = [word for step in STEPS for word in ("--step", step)] + ["--simplify", 60]
     for jobs in (1, 2):
-        done = meshshard("features", "raw", *options, "--out", f"out{jobs}", "--jobs", jobs, cwd=root)
-        assert (done.returncode, but_progress(done.stderr)) == (0, "")
+        status, _, error = meshshard("features", "raw", *options, "--out", f"out{jobs}", "--jobs", jobs, cwd=root)
+        assert (status, but_progress(error)) == (0, "")
     return root, options, before
 
 
@@ -156,7 +149,7 @@ def test_what_is_stored_by_all_steps(world):
 def test_status_knows_them_again(world):
     root, options, _ = world
     for words in (["raw", *options, "--out", "out1"], ["out1", "--raw", "raw"]):
-        table = json.loads(meshshard("status", *words, "--json", cwd=root).stdout)
+        table = json.loads(meshshard("status", *words, "--json", cwd=root)[1])
         assert (table["plan"]["fresh"], table["plan"]["stale_or_missing"]) == (5, 0)
 
 
@@ -171,6 +164,6 @@ def test_doctor_tells_what_is_prepared(world):
 
 
 def test_what_is_no_step_is_told(world):
-    done = meshshard("features", "raw", "--step", "smooth", "--out", "none", cwd=world[0])
-    assert done.returncode == 2
-    assert "steps are some of weld, largest_component, orient, each once" in done.stderr
+    status, _, error = meshshard("features", "raw", "--step", "smooth", "--out", "none", cwd=world[0])
+    assert status == 2
+    assert "steps are some of weld, largest_component, orient, each once" in error

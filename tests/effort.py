@@ -1,4 +1,4 @@
-"""Reliability tests have a short form, in `make test`, and a long one, in `make soak`."""
+"""Some tests have a short form, in `make test`, and a long one, in `make soak`."""
 
 import os
 

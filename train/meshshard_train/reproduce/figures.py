@@ -1,5 +1,6 @@
 """Figures of recorded trainings, put together by line: every run, mean and deviation, in %."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,10 +8,8 @@ from statistics import fmean, stdev
 from typing import Any
 
 from meshshard_train.reproduce.experiments import Line, Table
-from meshshard_train.reproduce.trials import PROTOCOLS, record_of, trials_of
+from meshshard_train.reproduce.trials import PROTOCOLS, RUNS, record_of, trials_of
 
-MOST_SEEDS = 100
-"""More are not looked for."""
 PROTOCOL_FIGURES = {"honest": ("accuracy", "voted_accuracy"), "published": ("voted_accuracy",)}
 """Protocol -> what is shown of it; classification has no voting, and its accuracy is shown."""
 
@@ -41,9 +40,9 @@ class Runs:
 
 def runs_of(folder: Path, table: Table) -> list[dict[str, Runs]]:
     """For each line its recorded runs by protocol."""
-    found = []
+    found, seeds = [], _seeds_in(folder)
     for line in table.lines:
-        every = {protocol: trials_of(line, (protocol,), {protocol: MOST_SEEDS}) for protocol in PROTOCOLS}
+        every = {protocol: trials_of(line, (protocol,), {protocol: seeds}) for protocol in PROTOCOLS}
         found.append(
             {
                 protocol: Runs(
@@ -53,6 +52,12 @@ def runs_of(folder: Path, table: Table) -> list[dict[str, Runs]]:
             }
         )
     return found
+
+
+def _seeds_in(folder: Path) -> int:
+    """Seeds are looked for from 0 on up to the highest of any record."""
+    names = [re.search(r"seed=(\d+)$", path.stem) for path in (folder / RUNS).glob("*.json")]
+    return max((int(name[1]) + 1 for name in names if name), default=0)
 
 
 def mean_and_deviation(values: Sequence[float]) -> str:

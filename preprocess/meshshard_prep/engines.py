@@ -1,9 +1,8 @@
 """Where the workers are: processes of this machine (joblib's loky), or of a cluster (dask, ray).
 
 An engine maps a task over jobs and yields the outcomes as they come, in any order; closed early, it ends what is
-under way. It keeps a bounded number of
-jobs in flight, and ends early, without an error, when workers die so often that it gives up: the caller sees what
-did not come back.
+under way. It keeps a bounded number of jobs in flight, and ends early, without an error, when workers die so often
+that it gives up: the caller sees what did not come back.
 """
 
 import os

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 PARENT = """
@@ -33,6 +34,13 @@ def family_of(mark):
         except OSError:
             continue  # it ended, or is another user's
     return found
+
+
+def wait_for_end(mark, end):
+    """Until no process with that mark is left. AssertionError: at the time `end` there are some."""
+    while left := family_of(mark):
+        assert time.monotonic() < end, left
+        time.sleep(0.02)
 
 
 def start_run(raw, out, jobs, mark, interrupted=0):

@@ -43,10 +43,9 @@ def meshshard(*arguments, cwd=None, environment=None):
 
 @cache
 def _server():
-    environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    server = subprocess.Popen(
-        [sys.executable, __file__], env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    words = [sys.executable, "-P", __file__]  # tests' modules are none of the program's
+    server = subprocess.Popen(words, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     atexit.register(server.communicate)  # the end of its input is its end
     return server
 

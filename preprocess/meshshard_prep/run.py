@@ -124,4 +124,4 @@ def _map(task: Task, todo: list[Job], engine: Engine) -> Generator[Outcome, None
     for name, job in waiting.items():
         message = f"{job.entry.source}: its worker died, also when it ran alone; run again [lost]"
         lost = Outcome(id=name, seconds=0.0, rejection=rejection(job.entry, "lost", message, ""))
-        yield next(iter(engine(task, [job])), lost)
+        yield next(engine(task, [job]), lost)

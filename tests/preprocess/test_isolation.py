@@ -8,7 +8,7 @@ import time
 
 import pytest
 from effort import SOAKING
-from families import family_of, start_run
+from families import family_of, start_run, wait_for_end
 from faults import FAULTS, compute_or_fault, raw_folder
 
 from meshshard import open_dataset
@@ -117,10 +117,7 @@ def test_no_orphans_after_any_death_of_the_parent(tmp_path, jobs, how):
     else:
         parent.send_signal(how)
     parent.communicate()
-    end = time.monotonic() + 2
-    while left := family_of(mark):
-        assert time.monotonic() < end, left
-        time.sleep(0.02)
+    wait_for_end(mark, time.monotonic() + 2)
 
 
 def last_words(parent):
@@ -143,9 +140,7 @@ def test_ctrl_c_ends_in_a_second_and_keeps_what_is_done(tmp_path, jobs):
     assert time.monotonic() - start < 1
     assert errors.decode().strip().endswith("KeyboardInterrupt")
     assert errors.count(b"Traceback") == 1  # the parent's own; the program prints one line instead
-    while family_of(mark):
-        assert time.monotonic() - start < 2
-        time.sleep(0.02)
+    wait_for_end(mark, start + 2)
     assert run(read_dataset(str(tmp_path / "raw")), tmp_path / "out", PAPER, jobs=1).computed == 1
 
 
@@ -155,7 +150,4 @@ def test_ctrl_c_ends_also_a_parent_that_is_not_waiting(tmp_path, jobs):
     mark = f"{os.getpid()}-{time.monotonic_ns()}"
     errors = last_words(start_run(tmp_path / "raw", tmp_path / "out", jobs, mark, interrupted=2))
     assert errors.decode().strip().endswith("KeyboardInterrupt")
-    end = time.monotonic() + 2
-    while family_of(mark):
-        assert time.monotonic() < end
-        time.sleep(0.02)
+    wait_for_end(mark, time.monotonic() + 2)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from effort import times
-from families import family_of, start_run
+from families import family_of, start_run, wait_for_end
 from shapes import bumpy, write_obj
 
 from meshshard.recipe import RECIPES
@@ -78,10 +78,7 @@ def test_killed_at_any_time_nothing_is_lost(tmp_path, measured):
         if role in ("parent", "group"):
             parent.communicate()
             assert acknowledged <= set(staging.staged(out)) or (out / "index.json").exists()
-            end = time.monotonic() + 2
-            while left := family_of(mark):
-                assert time.monotonic() < end, left
-                time.sleep(0.02)
+            wait_for_end(mark, time.monotonic() + 2)
             parent = None
     if parent is not None:
         parent.communicate(timeout=60)

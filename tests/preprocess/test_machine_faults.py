@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from program import meshshard
 from shapes import bumpy, write_obj
 
 from meshshard import open_dataset
@@ -179,8 +180,8 @@ def test_paths_are_found_after_a_change_of_folder(world, monkeypatch):
 
 def test_the_program_says_what_it_removed(world):
     (world / "raw" / "3.obj").unlink()
-    words = [sys.executable, "-m", "meshshard", "features", "raw", "--out", "out"]
-    out = subprocess.run(words, cwd=world, capture_output=True, text=True, check=True).stdout
+    status, out, error = meshshard("features", "raw", "--out", "out", cwd=world)
+    assert status == 0, error
     assert "1 removed, for there is no raw file any more, as 3" in out
 
 

@@ -40,18 +40,13 @@ class Runs:
 
 def runs_of(folder: Path, table: Table) -> list[dict[str, Runs]]:
     """For each line its recorded runs by protocol."""
-    found, seeds = [], _seeds_in(folder)
-    for line in table.lines:
-        every = {protocol: trials_of(line, (protocol,), {protocol: seeds}) for protocol in PROTOCOLS}
-        found.append(
-            {
-                protocol: Runs(
-                    line=line, protocol=protocol, records=tuple(filter(None, (record_of(folder, t) for t in trials)))
-                )
-                for protocol, trials in every.items()
-            }
-        )
-    return found
+    seeds = dict.fromkeys(PROTOCOLS, _seeds_in(folder))
+
+    def runs(line: Line, protocol: str) -> Runs:
+        records = (record_of(folder, trial) for trial in trials_of(line, (protocol,), seeds))
+        return Runs(line=line, protocol=protocol, records=tuple(filter(None, records)))
+
+    return [{protocol: runs(line, protocol) for protocol in PROTOCOLS} for line in table.lines]
 
 
 def _seeds_in(folder: Path) -> int:

@@ -23,6 +23,8 @@ HEAVY = (
     "pydantic",
     "rich.console",
 )
+COARSE_DPI = 30
+"""Of pictures in tests: most of the time of a small training was that of drawing them."""
 
 
 def meshshard(*arguments, cwd=None, environment=None):
@@ -54,6 +56,7 @@ def _serve():
     """A fork for each line of the input; its exit status is a line of the output."""
     for name in HEAVY:
         import_module(name)
+    import_module("meshshard_train.pictures").DPI = COARSE_DPI
     for line in sys.stdin:
         child = os.fork()
         if not child:

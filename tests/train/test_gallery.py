@@ -106,6 +106,7 @@ def test_a_data_set_in_its_classes(shards, drawn, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["meshes"] == ["mesh000", "mesh004", "mesh009", "mesh013"]
 
 
+@pytest.mark.usefixtures("fine_pictures")
 def test_heat_has_one_scale_for_all_meshes(shards, drawn, tmp_path):
     gallery(str(shards), tmp_path / "a.png", colour=["hks", "label"], columns=3, count=5)
     shown = ["mesh000", "mesh003", "mesh006"]

@@ -8,6 +8,7 @@ from shapes import box
 from meshshard_train.pictures import Tile, gallery
 
 
+@pytest.mark.usefixtures("fine_pictures")
 @pytest.mark.parametrize("size", [2.4, 4.0])
 def test_the_legend_of_one_mesh_is_not_cut_off(tmp_path, size):
     vertices, faces = box()

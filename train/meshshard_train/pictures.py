@@ -96,7 +96,7 @@ def sheet(
     for panel, axes in zip(panels, grid, strict=False):
         if panel is not None:
             axes.imshow(render(panel.vertices, panel.faces, panel.colours, size=round(size * DPI)))
-            axes.set_title(panel.title, fontsize="small")
+            axes.set_title(panel.title, fontsize="small", y=1)  # a place given is not looked for, axes by axes
     for scale in scales:
         _bar(figure, [grid[number] for number in scale.panels], scale)
     if legend:

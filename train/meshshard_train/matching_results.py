@@ -18,7 +18,7 @@ from meshshard_train.facts import facts_of, of_history, said_of_training
 from meshshard_train.loading import Loading, Meshes
 from meshshard_train.matching import THRESHOLDS, evaluate_matching, evaluate_true_maps
 from meshshard_train.members import split_of
-from meshshard_train.pictures import DPI, plot_loss, save_figure
+from meshshard_train.pictures import plot_loss, save_figure
 from meshshard_train.state import BEST
 from meshshard_train.tables import markdown_table
 
@@ -102,7 +102,7 @@ def _draw(path: Path, results: dict[str, Any], history: Sequence[dict[str, Any]]
     error = next(name for name in history[0] if name.endswith("geodesic_error"))
     epochs = [row["epoch"] for row in history]
     with mpl.rc_context({"axes.grid": True, "grid.alpha": 0.3}):
-        figure = Figure(figsize=(11, 3.2), dpi=DPI, layout="constrained")
+        figure = Figure(figsize=(11, 3.2), layout="constrained")
         figure.suptitle(about(results), fontsize="medium")
         left, middle, right = figure.subplots(1, 3)
         plot_loss(left, history)

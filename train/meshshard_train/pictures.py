@@ -88,7 +88,7 @@ def sheet(
     """A PNG of meshes in rows, each `size` inches, None for an empty place. `legend`: colours, hexadecimal, and what
     they mean; a scale stands on the right of its panels, below where they are one row of a sheet of their own."""
     rows = -(-len(panels) // columns)
-    figure = Figure(figsize=(size * columns + 0.9 * bool(scales), size * rows + 0.9), dpi=DPI, layout="constrained")
+    figure = Figure(figsize=(size * columns + 0.9 * bool(scales), size * rows + 0.9), layout="constrained")
     figure.suptitle(title, fontsize="medium")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in grid:
@@ -128,7 +128,7 @@ def _bar(figure: Figure, beside: Sequence[Axes], scale: Scale) -> None:
 def curves(path: Path, history: Sequence[dict[str, Any]], *, title: str) -> None:
     """A PNG of training loss, and of the accuracy that chooses the epoch, over epochs."""
     with mpl.rc_context({"axes.grid": True, "grid.alpha": 0.3}):
-        figure = Figure(figsize=(8, 3), dpi=DPI, layout="constrained")
+        figure = Figure(figsize=(8, 3), layout="constrained")
         figure.suptitle(title, fontsize="medium")
         left, right = figure.subplots(1, 2)
         epochs = [row["epoch"] for row in history]
@@ -150,7 +150,7 @@ def confusions(
     """A PNG of confusion matrices side by side, named by their keys: a row is a true class, a cell how many per
     cent of it were predicted as the class of the column. A class that is not there has an empty row."""
     side = max(2.5, 0.3 * len(classes))
-    figure = Figure(figsize=(side * len(counts) + 2, side + 2.4), dpi=DPI, layout="constrained")
+    figure = Figure(figsize=(side * len(counts) + 2, side + 2.4), layout="constrained")
     figure.suptitle(title, fontsize="medium")
     names = [name if len(name) <= 20 else f"{name[:19]}…" for name in classes]
     grid = figure.subplots(1, len(counts), squeeze=False)[0]
@@ -174,4 +174,4 @@ def save_figure(figure: Figure, path: Path) -> None:
     """The figure as a PNG; letters that the font lacks are drawn as boxes."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name may be in any script
-        figure.savefig(path)
+        figure.savefig(path, dpi=DPI)

@@ -7,7 +7,7 @@ from statistics import fmean
 from matplotlib.figure import Figure
 
 from meshshard.palette import class_colour
-from meshshard_train.pictures import DPI, save_figure
+from meshshard_train.pictures import save_figure
 from meshshard_train.reproduce.figures import Runs
 
 MARKS = {"published": ("s", 1, 0.16), "honest": ("o", 0, -0.16)}
@@ -16,7 +16,7 @@ MARKS = {"published": ("s", 1, 0.16), "honest": ("o", 0, -0.16)}
 
 def plot(path: Path, title: str, lines: Sequence[dict[str, Runs]]) -> None:
     """A PNG: a row for each line; a mark for each run, a stroke at their mean, and a diamond for the paper."""
-    figure = Figure(figsize=(7, 1.4 + 0.55 * len(lines)), dpi=DPI, layout="constrained")
+    figure = Figure(figsize=(7, 1.4 + 0.55 * len(lines)), layout="constrained")
     axes = figure.subplots()
     for place, by_protocol in enumerate(lines):
         for protocol, (mark, colour, offset) in MARKS.items():

@@ -43,6 +43,7 @@ def labelled(folder, samples, jobs=1, *, pictures=True, best=SEGMENTS, recipe=PA
     return told, {path.name: path.read_bytes() for path in (folder / "out").iterdir()}
 
 
+@pytest.mark.usefixtures("fine_pictures")  # processes of their own know of no others
 def test_processes_write_what_one_writes(tmp_path, monkeypatch):
     monkeypatch.setattr(labelling, "MESHES_A_PROCESS", 1)
     samples = [sample(number, level=number % 2) for number in range(3)]

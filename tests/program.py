@@ -5,12 +5,15 @@ torch alone takes seconds. That commands import no more than they need is tested
 """
 
 import atexit
+import gc
 import json
 import os
 import runpy
 import subprocess
 import sys
 import tempfile
+import threading
+import traceback
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -57,6 +60,7 @@ def _serve():
     for name in HEAVY:
         import_module(name)
     import_module("meshshard_train.pictures").DPI = COARSE_DPI
+    gc.freeze()  # what is imported stays, so that calls do not look through it
     for line in sys.stdin:
         child = os.fork()
         if not child:
@@ -72,8 +76,24 @@ def _become(argv, cwd, environ, files):
     os.environ.clear()
     os.environ.update(environ)
     sys.argv = argv
-    runpy.run_module("meshshard", run_name="__main__", alter_sys=True)
-    sys.exit()
+    status = 0
+    try:
+        runpy.run_module("meshshard", run_name="__main__", alter_sys=True)
+    except SystemExit as end:
+        status = end.code or 0
+    except BaseException:  # noqa: BLE001 - told as the interpreter tells it
+        traceback.print_exc()
+        status = 1
+    _leave(status)
+
+
+def _leave(status):
+    """Everything an end of Python does but taking modules down: after the imports above that takes a second."""
+    threading._shutdown()  # waits for threads, as the interpreter does
+    atexit._run_exitfuncs()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
 
 
 if __name__ == "__main__":

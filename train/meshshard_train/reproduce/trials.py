@@ -106,17 +106,25 @@ def shards_of(trial: Trial, raw: Path, folder: Path) -> Path:
 
 
 def record_of(folder: Path, trial: Trial) -> dict[str, Any] | None:
-    """What is recorded of a training, None if nothing. UsageError: it is no record of it."""
+    """What is recorded of a training, None if nothing. UsageError: it is no record of it, or of settings that the
+    recipe had then and has no more."""
     path = folder / RUNS / f"{trial.name}.json"
     if not path.exists():
         return None
     try:
         record: dict[str, Any] = json.loads(path.read_bytes())
         if record["name"] != trial.name:
-            raise UsageError(f"{path} is the record of {record['name']}: delete it, and the training is done again")
+            raise UsageError(f"it is that of {record['name']}")
+        config = TrainConfig.from_json(json.dumps(record["results"]["config"]))
+        if changed := config.differences(trial.config(config.task)):
+            raise UsageError(f"settings have changed since, {'; '.join(changed)}")
+    except UsageError as error:
+        why = str(error)
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise UsageError(f"{path} is no record ({error!r}): delete it, and the training is done again") from error
-    return record
+        why = repr(error)
+    else:
+        return record
+    raise UsageError(f"{path} is no record of this training ({why}): delete it, and the training is done again")
 
 
 def write_record(
